@@ -6,9 +6,9 @@
 
 namespace tessera {
 
-// A file that appears whole or not at all: written under a temporary name beside its target and renamed by
-// commit(). Without commit() the temporary file is removed, whatever happened in between. Files that the user names,
-// which may be streams, are OutputFiles.
+// A file that appears whole or not at all. It is written under a temporary name beside its target, and commit() renames
+// it. Without commit() the destructor removes the temporary file. OutputFile writes files that the user names, which
+// may be streams.
 //
 // Invariants (cited by the tests):
 //   A1  Only a regular file is replaced; anything else in its place stays, and is a WriteError.
@@ -44,14 +44,16 @@ void write_file_atomically(const std::filesystem::path& target, std::string_view
 // Makes the folder and its parents when they are missing. Throws WriteError.
 void make_folder(const std::filesystem::path& folder);
 
-// Where the symlinks at `path` lead; nothing need be there. Links of the folders before it are left alone.
+// Returns the path at the end of the symlinks at `path`; nothing need exist there. Symlinks in the folders above it are
+// not resolved.
 std::filesystem::path link_end(std::filesystem::path path);
 
-// "is a folder", "is a FIFO": what keeps a regular file from being written at the end of links; "" for a regular file
-// or nothing.
+// Says why no regular file can be written at the end of the links: "is a folder", "is a FIFO". Returns "" for a regular
+// file or a free place.
 std::string irregular_kind(std::filesystem::file_status status);
 
-// Writes all bytes. Returns 0, or the errno of what failed. A pipe without a reader is EPIPE; no signal is raised.
+// Writes all bytes. Returns 0 or the errno of the failed call. A pipe without a reader gives EPIPE and raises no
+// signal.
 int write_all(int descriptor, std::string_view bytes);
 
 }  // namespace tessera

@@ -8,7 +8,7 @@
 
 namespace tessera {
 
-// Bits from the lowest of each byte on: the packed formats of the baselines and of encoded geometry are made of them.
+// Writes bits from the lowest bit of each byte on. The packed formats of the baselines and of encoded geometry use it.
 class BitWriter {
  public:
   void put(std::uint32_t value, std::uint32_t bits) {

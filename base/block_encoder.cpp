@@ -24,7 +24,7 @@ void encode_etc2(bool alpha, ktx2::BasisLevel& level) {
       static_cast<std::uint32_t>(level.width), static_cast<std::uint32_t>(level.height), {}, 0};
   ktx2::write_level(size, static_cast<std::size_t>(block_bytes(BlockFormat::kEtc2, alpha)), level,
                     [&](std::size_t index, std::span<std::uint8_t> bytes, ktx2::TexelBlock& texels) {
-                      // Nobody else reads or writes these texels.
+                      // No other thread reads or writes these texels.
                       const ktx2::TexelBlock wanted =
                           ktx2::get_block(level, index % size.columns(), index / size.columns());
                       texels.fill({0, 0, 0, 255});

@@ -10,7 +10,7 @@
 
 namespace tessera {
 
-// What memory holds of a texture: its texels as the file has them, or blocks of a format that GPUs read.
+// Form in which memory holds a texture: the texels as the file stores them, or blocks of a GPU format.
 enum class BlockFormat : std::uint8_t {
   kStored,
   kEtc2,
@@ -26,24 +26,24 @@ inline constexpr auto kEnumWords<BlockFormat> = std::to_array<std::string_view>(
                                                                                  "astc-5x5", "astc-6x6", "astc-8x8",
                                                                                  "astc-10x10", "astc-12x12"});
 
-// Texels along a block's sides, and its bytes: [spec] ETC2 with alpha has a block of EAC beside that of RGB. Not of
-// kStored.
+// Texels along a block's side, and bytes of a block. [spec] ETC2 with alpha pairs an EAC block with the RGB block.
+// Neither function takes kStored.
 int block_side(BlockFormat format);
 int block_bytes(BlockFormat format, bool alpha);
 
-// Encodes mip levels to blocks and decodes these again: ETC2 by the codec of ktx2/, ASTC (LDR) by libastcenc's preset
-// "fast". Channels are coded as they are, normals and other data by all three or four; the error that encoders keep
-// small is that of the codes. All threads take part; one call at a time.
+// Encodes mip levels to blocks and decodes these again: ETC2 with the codec of ktx2/, ASTC (LDR) with libastcenc's
+// preset "fast". The encoders minimize the error of the stored codes: channels are coded as they are, and data such as
+// normals with all three or four channels. All threads take part in a call; calls must not overlap.
 //
 // Invariants (cited by the tests):
-//   BE1  Texels are what the blocks decode to: by libastcenc in its profile for sRGB or linear data, bit by bit, and by
+//   BE1  Texels are decoded from the blocks, bit by bit: by libastcenc in its profile for sRGB or linear data, and by
 //        decode_etc2_rgb() and decode_eac_alpha().
 //   BE2  The same texels give the same blocks whatever the number of threads.
-//   BE3  A level without alpha stays without.
+//   BE3  A level without alpha stays without alpha.
 class BlockEncoder {
  public:
-  // What it takes of memory besides the levels. [measured] libastcenc 4.2 allocates 34.2 MB for an image at a time, and
-  // 0.2 MB for each thread.
+  // Bytes of memory that an encoder takes besides the levels. [measured] libastcenc 4.2 allocates 34.2 MB for one image
+  // at a time, and 0.2 MB for each thread.
   static constexpr std::uint64_t kWorkingBytes = 48ull << 20;
 
   BlockEncoder(BlockFormat format, bool srgb);

@@ -4,7 +4,7 @@
 
 namespace tessera {
 
-// What the current thread is working on; printed when a check fails, so that the failure can be repeated.
+// Place of the current thread's work; printed when a check fails, so that the failure can be repeated.
 struct WorkPlace {
   std::int64_t frame = -1;
   std::int64_t tile = -1;
@@ -13,8 +13,8 @@ struct WorkPlace {
 
 WorkPlace& current_work_place();
 
-// Called on the thread whose check failed, before it aborts, to say on stderr what only the program knows: the command
-// that repeats it. The program sets it; null, as it starts: nobody has more to say.
+// The program sets this hook. It runs on the thread whose check failed, before that thread aborts, and prints to stderr
+// the command that repeats the failure. nullptr, the initial value, prints nothing more.
 using FailureHook = void (*)(const WorkPlace& place);
 void set_failure_hook(FailureHook hook);
 

@@ -6,7 +6,7 @@
 
 namespace tessera {
 
-// How a counter's values of several frames become one.
+// How the values of one counter in several frames are combined.
 enum class Combine { kSum, kPeak };
 
 // Declaration of one counter: the only place that knows its name, unit and meaning.
@@ -17,7 +17,7 @@ struct CounterField {
   Combine combine;
   std::string_view unit;
   std::string_view meaning;
-  std::string_view vendor;  // the counters an architect knows it by; "" when nobody offers it
+  std::string_view vendor;  // names of this counter in vendors' profilers; "" when no vendor offers it
 };
 
 // Declarations of the counter struct S, in the order of its members. Specialised beside each struct:

@@ -40,7 +40,8 @@ Imf::PixelType pixel_type(ExrChannel::Type type) {
 
 constexpr float kLargestHalf = 65504.0f;
 
-// Pixels from `first` on as halves. What is larger than any of them is the largest: a light that is too bright stays one.
+// Converts pixels from `first` on to halves. Values beyond the largest half are clamped to it, so a bright light stays
+// finite.
 void to_half(const ExrChannel& channel, std::size_t first, std::vector<half>& values) {
   const float* source = static_cast<const float*>(channel.values) + first * channel.stride;
   for (std::size_t i = 0; i < values.size(); ++i) {
@@ -71,9 +72,9 @@ class MemoryStream : public Imf::IStream {
   std::uint64_t at_ = 0;
 };
 
-// OpenEXR 3.1 allocates what the header's attributes ask for before it looks at the file behind it. So the header is
-// walked first: every attribute inside the file, an image within the limits, no more channels than the file's length
-// allows.
+// OpenEXR 3.1 allocates memory for the header's attributes before it looks at the rest of the file. So the header is
+// walked first: every attribute must lie inside the file, the image within the limits, and the channels may not
+// outnumber the file's bytes.
 class HeaderWalk {
  public:
   HeaderWalk(Imf::IStream& in, std::uint64_t size, std::string name)
@@ -196,7 +197,7 @@ class HeaderWalk {
   std::uint64_t left_;
 };
 
-// As read_exr(), of a stream of `size` bytes that messages call `name`.
+// Reads as read_exr() does, from a stream of `size` bytes that messages call `name`.
 Image read_stream(Imf::IStream& stream, std::uint64_t size, const std::string& name, const ImageLimits& limits,
                   const ChargeBytes& charge) {
   HeaderWalk(stream, size, name).check(limits);

@@ -12,7 +12,7 @@
 
 namespace tessera {
 
-// Bounds on what a compressed image may unpack to; checked before its pixels are allocated.
+// Bounds on the size of an unpacked image; checked before its pixels are allocated.
 struct ImageLimits {
   int max_side = 16384;                   // pixels
   std::uint64_t max_pixels = 1ull << 27;  // 128 Mi pixels, 512 MiB as RGBA8
@@ -35,19 +35,19 @@ struct DecodedImage {
   float unorm(int x, int y, int channel) const;
 };
 
-// What the bytes of an image file say it is, from the signature alone.
+// Format of an image file, from its signature alone.
 enum class ImageFormat { kUnknown, kPng, kJpeg, kWebp };
 ImageFormat image_format(std::span<const std::uint8_t> bytes);
 // "image/png" and so on; empty for kUnknown.
 const char* mime_type(ImageFormat format);
 
-// Told how many bytes of memory unpacking needs at most, before they are allocated; may throw to forbid it.
+// Receives the peak bytes of memory that unpacking needs, before they are allocated; may throw to forbid it.
 using ChargeBytes = std::function<void(std::uint64_t)>;
 
 // Unpacks a PNG, JPEG or still WebP. The container is checked first (chunk lengths and CRCs of PNG, marker segments and
 // the end marker of JPEG, chunks of WebP, the amount of compressed data of PNG), because the decoders behind it accept
 // damaged files.
-// Returns the fault in words in `fault` and false when the bytes are not a whole image; throws LimitError when the
+// Returns false with the fault in words in `fault` when the bytes are not a whole image; throws LimitError when the
 // image is larger than the limits.
 bool decode_image(std::span<const std::uint8_t> bytes, const ImageLimits& limits, DecodedImage& image,
                   std::string& fault, const ChargeBytes& charge = {});

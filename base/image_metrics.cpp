@@ -73,7 +73,7 @@ std::size_t for_covered(const Image& image, const Image* covered, const F& each)
   const std::size_t pixels = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
   if (covered != nullptr)
     TESSERA_CHECK(covered->width == image.width && covered->height == image.height && covered->channels == 1,
-                  "what is covered has the size of the images");
+                  "the mask of covered pixels has the size of the images");
   std::size_t count = 0;
   for (std::size_t i = 0; i < pixels; ++i)
     if (covered == nullptr || covered->values[i] > 0) ++count, each(i);

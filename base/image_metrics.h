@@ -5,9 +5,9 @@
 namespace tessera {
 
 // Differences between two images of the same size, 3 channels, display-referred sRGB values in [0, 1].
-// All functions are symmetric but for FLIP's maps, deterministic, and expect equal shapes (checked). `covered`, where
-// given, is an image of one channel and the same size (checked): only pixels where it is above 0 count, at least one
-// (checked). What lies around them still counts as far as windows and filters reach.
+// All functions are deterministic, and all but flip_map() are symmetric. They expect equal shapes (checked). `covered`,
+// where given, is an image of one channel and the same size (checked): only pixels where it is above 0 count, and there
+// must be at least one (checked). Windows and filters still read the neighbours of such pixels.
 
 // Peak signal-to-noise ratio in dB over all channels; infinity for equal images.
 double psnr(const Image& a, const Image& b, const Image* covered = nullptr);

@@ -45,7 +45,7 @@ std::string json_text(const nlohmann::json& value, int indent) {
 
 namespace {
 
-// What people who write JSON by hand get wrong most, seen at the place where parsing stopped: a comma too many.
+// Recognizes the commonest mistake in manually written JSON, a trailing comma before the place where parsing stopped.
 std::string hint(std::string_view text, std::size_t byte) {
   const std::size_t at = std::min(byte > 0 ? byte - 1 : 0, text.size());
   if (at >= text.size() || (text[at] != '}' && text[at] != ']')) return "";
@@ -56,7 +56,7 @@ std::string hint(std::string_view text, std::size_t byte) {
 }
 std::string hint(std::istream&, std::size_t) { return ""; }
 
-// Of a text or a stream.
+// Parses a text or a stream.
 template <class Input>
 nlohmann::json parse_input(Input& input, const std::string& file, const nlohmann::json::parser_callback_t& visit) {
   try {

@@ -13,11 +13,11 @@
 
 namespace tessera {
 
-// Parses JSON from an untrusted file. Refuses (InputError with the byte offset) what is not JSON, what nests deeper
-// than `max_depth` and numbers that overflow a double.
+// Parses JSON from an untrusted file. Throws InputError with the byte offset for text that is not JSON, for values
+// nested deeper than `max_depth` and for numbers that overflow a double.
 nlohmann::json parse_json(std::string_view text, const std::string& file, int max_depth = 64);
 
-// The same for what people write by hand: also refuses an object that has a key twice, with its JSON pointer.
+// The same for hand-written files: also refuses an object that has a key twice, with its JSON pointer.
 nlohmann::json parse_unique_json(std::string_view text, const std::string& file, int max_depth = 64);
 
 // The same from a stream, for files that are too large for the memory: calls keep(element) for each element of the array
@@ -41,13 +41,13 @@ std::string csv_cell(const nlohmann::json& value);
 // One step of a JSON pointer (RFC 6901): "/" and the key, its own '~' and '/' escaped.
 std::string pointer_step(std::string_view key);
 
-// A value of a JSON file with its place in it. What is not of the wanted type is refused: InputError with the file and
-// the JSON pointer. Refers to the document, which must outlive it.
+// A value of a JSON file with its place in the file. A value of another type than the wanted one is refused with an
+// InputError that names the file and the JSON pointer. Refers to the document, which must outlive it.
 class JsonValue {
  public:
   JsonValue(const nlohmann::json& document, std::string file) : JsonValue(document, std::move(file), "") {}
 
-  // Members of an object. member() refuses what is missing, find() does not; both refuse what is no object.
+  // Members of an object. member() refuses a missing member, find() does not; both refuse a value that is no object.
   JsonValue member(std::string_view name) const;
   std::optional<JsonValue> find(std::string_view name) const;
   std::vector<std::pair<std::string, JsonValue>> members() const;

@@ -23,16 +23,18 @@ namespace tessera {
 template <class T>
 concept KeyNumber = std::floating_point<T> ||(std::integral<T> && !std::same_as<T, bool>);
 
-// A value on its way between a text and a member; the text is that of an enum, or a member that is one.
+// A value on its way between a text and a member of a struct. The text stands for a word of an enum or for a member
+// that is a string.
 using KeyValue = std::variant<std::int64_t, double, bool, std::string>;
 
-// Where a number may lie that nobody publishes: the ends for the default; those of another value lie in the same ratio.
+// Range in which an unpublished number plausibly lies, given for the default value; for another value its ends scale in
+// proportion.
 struct PlausibleRange {
   double low = 0, high = 0;
 };
 
-// What a user may set by name: one row per key, declared once beside the struct it fills. Parsing, validation,
-// printing and the generated documentation all walk the same rows.
+// A setting that a user names: one row per key, declared once beside the struct it fills. Parsing, validation, printing
+// and the generated documentation all walk the same rows.
 struct KeyInfo {
   std::string_view name;     // dotted, "unit.quantity"
   std::string_view unit;     // "pixels", "bytes", "" for pure numbers and choices
@@ -41,15 +43,16 @@ struct KeyInfo {
   double min = 0;            // numbers: inclusive range
   double max = 0;
   std::vector<std::string_view> choices;  // texts: the allowed words; none: any text, a name or a file
-  bool timing = false;  // read only by what times a record of the machine's work: the record does not hang on it
-  std::optional<PlausibleRange> ends;  // numbers: none means half and twice
+  bool timing = false;                    // only the timing of recorded work reads it: the record does not depend on it
+  std::optional<PlausibleRange> ends;     // numbers: no value means from half to twice the default
 
   bool assumed() const { return source.find("[assumed]") != std::string_view::npos; }
 };
-// Of `value`, within the range: where a study of what hangs on it may put it.
+// Returns the plausible range around `value`, clamped to the key's own range: a sensitivity study sets the key to its
+// ends.
 PlausibleRange key_ends(const KeyInfo& key, double value, double default_value);
 
-// The decimal number of the fewest digits that means this float: 0.02 for 0.02f.
+// The decimal number with the fewest digits that rounds to this float: 0.02 for 0.02f.
 double shortest_decimal(float value);
 
 template <class T>
@@ -67,7 +70,7 @@ KeyValue to_key_value(const T& value) {
   else
     return static_cast<std::int64_t>(value);
 }
-// Of a value that its row allows.
+// Converts a value that the row allows.
 template <class T>
 T from_key_value(const KeyValue& value) {
   if constexpr (std::same_as<T, bool>)
@@ -86,7 +89,7 @@ T from_key_value(const KeyValue& value) {
 template <class S>
 struct Key : KeyInfo {
   std::function<KeyValue(const S&)> get;
-  std::function<void(S&, const KeyValue&)> set;  // takes what parse_key_value gave for this row
+  std::function<void(S&, const KeyValue&)> set;  // takes the result of parse_key_value() for this row
 
   template <KeyNumber T, class Owner>
   requires std::derived_from<S, Owner> Key(std::string_view key, T Owner::*where, std::string_view unit_in,
@@ -124,7 +127,7 @@ struct Key : KeyInfo {
         set([where](S& object, const KeyValue& value) { object.*where = from_key_value<T>(value); }) {}
 };
 
-// Rows of a struct, some of them those of its members: in the order in which they are added.
+// Rows of a struct, rows of its members included, in the order in which they are added.
 template <class S>
 class Keys {
  public:
@@ -146,7 +149,7 @@ class Keys {
     return *this;
   }
 
-  // Marks all rows so far but those of these names as KeyInfo::timing.
+  // Marks all rows so far as KeyInfo::timing, except for the named ones.
   Keys& mark_timing_but(std::initializer_list<std::string_view> functional) {
     for (Key<S>& row : rows_)
       row.timing = std::find(functional.begin(), functional.end(), row.name) == functional.end();
@@ -162,16 +165,16 @@ class Keys {
   std::vector<Key<S>> rows_;
 };
 
-// Checks `value` (a JSON scalar, or a text as given on the command line) against the row and converts it to the
-// type of `like`. Throws UsageError saying what was found and what is allowed.
+// Checks `value` (a JSON scalar, or a text as given on the command line) against the row and converts it to the type of
+// `like`. Throws UsageError that names the value found and the allowed ones.
 KeyValue parse_key_value(const KeyInfo& key, const KeyValue& like, const nlohmann::json& value);
 
-// A row for people and programs: {"key", "type", "unit", "default", "min", "max", "choices", "meaning", "source"}; of numbers that
-// are assumed also "low" and "high".
+// A row for people and programs: {"key", "type", "unit", "default", "min", "max", "choices", "meaning", "source"}; for
+// assumed numbers also "low" and "high".
 nlohmann::json describe_key(const KeyInfo& key, const KeyValue& default_value);
 nlohmann::json key_value_json(const KeyValue& value);
 
-// "unknown key 'x'; did you mean 'y'?"; of a key that was removed, the reason (base/former_keys.h).
+// "unknown key 'x'; did you mean 'y'?"; for a removed key, the reason (base/former_keys.h).
 std::string unknown_key_message(std::string_view key, std::span<const std::string> known);
 
 // Key table of one struct, with the struct's own default values as defaults.

@@ -5,8 +5,8 @@
 
 namespace tessera {
 
-// Asks the host to back memory with large pages where it has them; what is touched for the first time then costs one
-// page fault for each of these, not for each 4 KiB. No effect otherwise, nor on small memory.
+// Asks the host to back memory with large pages where it has them: the first touch of a large page then costs one page
+// fault in place of one for each 4 KiB. Has no effect on other hosts or on small memory.
 void prefer_large_pages(void* begin, std::size_t bytes);
 
 // Room for `count` values in such memory. `values` is empty and stays so.

@@ -34,7 +34,7 @@ NumberPair parse_pair(const std::string& option, const std::string& text, const 
 // `value` when it lies in [low, high], or in (low, high] when `open`; NaN lies nowhere.
 double check_number(const std::string& option, double value, double low, double high, bool open = false);
 
-// Whether one of the texts of --set ("KEY=VALUE") is of this key.
+// Whether one of the texts of --set ("KEY=VALUE") sets this key.
 bool sets_key(const std::vector<std::string>& sets, const std::string& key);
 
 }  // namespace tessera

@@ -14,7 +14,7 @@ namespace tessera {
 
 // One result in the place that the user named for it.
 //
-//   what is there                              what happens
+//   existing target                            effect
 //   nothing, a regular file                    written whole: a temporary beside it, renamed by commit()
 //   a symlink to one of these                  the same at its end; the link stays
 //   FIFO, character device                     written through as bytes come
@@ -23,13 +23,14 @@ namespace tessera {
 //   the parent folder is missing               refused
 //
 // Invariants (cited by the tests):
-//   O1  What is refused is found before anything is opened or made.
-//   O2  A stream is never replaced, and nothing is made beside it. What failed half way has left its first half there.
-//   O3  Without commit() a regular file is as it was.
+//   O1  A refusal comes before anything is opened or made.
+//   O2  A stream is never replaced, and nothing is made beside it. A write that fails half way has left its first half
+//       there.
+//   O3  Without commit() a regular file keeps its contents.
 class OutputFile {
  public:
-  // Throws what check_output_file() throws, WriteError when the stream cannot be opened. A FIFO blocks until somebody
-  // reads it.
+  // Throws the errors of check_output_file(), and WriteError when the stream cannot be opened. A FIFO blocks until a
+  // reader opens it.
   explicit OutputFile(const std::filesystem::path& target);
   ~OutputFile();
   OutputFile(const OutputFile&) = delete;
@@ -62,10 +63,10 @@ void check_output_folder(const std::filesystem::path& folder, const std::vector<
 // N of /dev/fd/N, 1 for /dev/stdout: the descriptor of this process that a path names.
 std::optional<int> named_descriptor(const std::filesystem::path& path);
 
-// True for what OutputFile writes through.
+// Whether OutputFile writes through the target instead of replacing it.
 bool is_stream(const std::filesystem::path& target);
 
-// Where to print what people read: standard error when one of `outputs` is standard output itself.
+// Returns the stream for texts to people: standard error when one of `outputs` is standard output itself.
 std::FILE* beside_outputs(std::initializer_list<std::string> outputs);
 
 }  // namespace tessera

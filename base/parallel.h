@@ -18,7 +18,7 @@ void parallel_for(std::size_t count, const Body& body) {
   tbb::parallel_for(std::size_t{0}, count, body);
 }
 
-// One T for each thread that asks, made when it first does.
+// One T for each thread, made when the thread first asks for it.
 template <class T>
 class PerThread {
  public:

@@ -56,8 +56,8 @@ bool check_png(Bytes bytes, std::vector<Bytes>& data_chunks, std::string& fault)
   return true;
 }
 
-// libpng's reader of a checked file: what it refuses is a fault in words. Chunks other than IHDR, PLTE, tRNS, IDAT and
-// IEND count for nothing (gAMA, iCCP and sBIT among them), since glTF says what the values of a texture mean.
+// libpng's reader for a checked file; its refusals become faults in words. Chunks other than IHDR, PLTE, tRNS, IDAT and
+// IEND are ignored (gAMA, iCCP and sBIT among them), since glTF defines the meaning of a texture's values.
 class PngReader {
  public:
   explicit PngReader(Bytes bytes) : rest_(bytes) {
@@ -148,8 +148,8 @@ class PngReader {
   std::array<char, 200> message_{};
 };
 
-// Inflates without keeping anything, to see whether the data are whole and no more than the rows. Sloppy encoders leave
-// some bytes after the last row; kSlack of them are let through.
+// Inflates without keeping the result, to check that the data is complete and has no more than the rows. Sloppy
+// encoders leave some bytes after the last row; up to kSlack of them are accepted.
 bool check_png_data(const std::vector<Bytes>& chunks, std::uint64_t raw_bytes, std::string& fault) {
   constexpr std::uint64_t kSlack = 65536;
   z_stream stream{};
@@ -195,7 +195,7 @@ void append_png_chunk(std::string& out, const char* type, std::string_view data)
 
 using FilteredRows = std::array<std::vector<std::uint8_t>, 4>;  // none, sub, up, Paeth: numbers 0, 1, 2, 4
 
-// Bytes of a row and of those that filters predict them by.
+// Bytes of a row, and the bytes that filters predict them from.
 struct FilterInput {
   const std::uint8_t *row, *left, *above, *corner;
 };
@@ -222,7 +222,7 @@ void filter_bytes(const FilterInput& in, std::size_t count, FilteredRows& filter
   }
 }
 
-// Of bytes as differences of either sign.
+// Sum of the magnitudes of bytes that stand for signed differences.
 std::uint64_t sum_of_sizes(const std::vector<std::uint8_t>& bytes) {
   std::uint64_t sum = 0;
   constexpr std::size_t kAtOnce = 256;  // sums that 16 bits hold

@@ -20,12 +20,12 @@ struct PngHeader {
   std::vector<std::span<const std::uint8_t>> data;  // contents of the IDAT chunks
 };
 
-// What the signature says.
+// Whether the bytes begin with PNG's signature.
 bool is_png(std::span<const std::uint8_t> bytes);
 
-// libpng, behind a check of its own of all chunks' lengths and checksums and of the amount of compressed data. Values
-// are those that are stored: chunks about gamma and profiles count for nothing. False with `fault` set for damaged and
-// truncated files.
+// Decode with libpng, after a check of our own of all chunks' lengths and checksums and of the amount of compressed
+// data. Values are returned as stored: chunks about gamma and profiles are ignored. Return false with `fault` set for
+// damaged and truncated files.
 [[nodiscard]] bool read_png_header(std::span<const std::uint8_t> bytes, PngHeader& header, std::string& fault);
 [[nodiscard]] bool decode_png(std::span<const std::uint8_t> bytes, const PngHeader& header,
                               std::variant<Image8, Image16>& pixels, std::string& fault);
@@ -33,8 +33,7 @@ bool is_png(std::span<const std::uint8_t> bytes);
 // Bytes that decode_png() takes at its peak, the image included.
 std::uint64_t png_decoder_bytes(const PngHeader& header);
 
-// PNG bytes of an 8-bit or 16-bit image with 1 to 4 channels. Fast for images that are looked at, small for what is
-// shipped.
+// PNG bytes of an 8-bit or 16-bit image with 1 to 4 channels. kFast suits images to look at, kSmall suits shipped ones.
 enum class PngEffort : std::uint8_t { kFast, kSmall };
 std::string encode_png(const Image8& image, PngEffort effort = PngEffort::kSmall);
 std::string encode_png(const Image16& image, PngEffort effort = PngEffort::kSmall);

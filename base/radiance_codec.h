@@ -9,7 +9,7 @@
 
 namespace tessera {
 
-// What the bytes of a file of radiance say it is, from the signature alone.
+// Format of a file of radiance, from its signature alone.
 enum class RadianceFormat { kUnknown, kExr, kHdr };
 RadianceFormat radiance_format(std::span<const std::uint8_t> bytes);
 // "image/x-exr", "image/vnd.radiance"; empty for kUnknown.

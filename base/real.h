@@ -8,8 +8,8 @@
 
 namespace tessera {
 
-// What programmable stages may ask of their scalar type besides + - * / and comparisons. SIMD lanes (simd-inl.h) and
-// intervals bring their own overloads, found by argument-dependent lookup.
+// Functions that programmable stages may call on their scalar type, besides + - * / and comparisons. SIMD lanes
+// (simd-inl.h) and intervals bring their own overloads, found by argument-dependent lookup.
 inline float real_sqrt(float a) { return std::sqrt(a); }
 inline float real_abs(float a) { return std::abs(a); }
 inline float real_min(float a, float b) { return b < a ? b : a; }
@@ -34,12 +34,12 @@ inline bool both(bool a, bool b) { return a && b; }
 // Neither infinite nor NaN.
 inline bool is_finite(float a) { return real_abs(a) <= std::numeric_limits<float>::max(); }
 
-// Whole numbers of lanes; the argument must be one that 32 bits hold.
+// Whole numbers by lane; the argument must fit into 32 bits.
 inline std::int32_t to_int(float a) { return static_cast<std::int32_t>(a); }
 inline float to_float(std::int32_t a) { return static_cast<float>(a); }
 inline float gather(const float* values, std::int32_t at) { return values[at]; }
 inline std::int32_t gather(const std::int32_t* values, std::int32_t at) { return values[at]; }
-inline std::int32_t shift_right(std::int32_t a, int by) {  // as of an unsigned number
+inline std::int32_t shift_right(std::int32_t a, int by) {  // shifts in zeros, as for an unsigned number
   return static_cast<std::int32_t>(static_cast<std::uint32_t>(a) >> by);
 }
 inline std::int32_t first_lane(std::int32_t a) { return a; }

@@ -8,7 +8,7 @@
 
 namespace tessera {
 
-// SHA-256 (FIPS 180-4) of bytes that come in pieces of any length: names results by what they follow from.
+// SHA-256 (FIPS 180-4) of bytes that come in pieces of any length. Results are named by the hash of their inputs.
 class Sha256 {
  public:
   void add(std::span<const std::uint8_t> bytes);
@@ -28,7 +28,7 @@ class Sha256 {
 
 std::string sha256_hex(std::string_view text);
 
-// The first 32 of these digits: names a file of what `text` says it follows from.
+// The first 32 of these digits of the hash of `text`: the name of a file that depends on `text` alone.
 std::string sha256_name(std::string_view text);
 
 }  // namespace tessera

@@ -71,7 +71,7 @@ HWY_INLINE FloatLanes real_sqrt(FloatLanes a) { return FloatLanes(hn::Sqrt(a.v))
 HWY_INLINE FloatLanes real_abs(FloatLanes a) { return FloatLanes(hn::Abs(a.v)); }
 HWY_INLINE FloatLanes real_floor(FloatLanes a) { return FloatLanes(hn::Floor(a.v)); }
 
-// As base/real.h, NaN included: what stages ask of their scalar type.
+// The functions of base/real.h on lanes, with the same results for NaN.
 struct LaneMask {
   hn::Mask<FloatLanes::D> m;
 };

@@ -6,7 +6,8 @@
 
 #include "base/error.h"
 
-// What a kernel source is built for (see the compile definitions): the same list that HWY_EXPORT dispatches over.
+// The targets that kernel sources are built for (see the compile definitions): the same list that HWY_EXPORT dispatches
+// over.
 #include <hwy/highway.h>
 
 namespace tessera {

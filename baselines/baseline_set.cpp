@@ -29,7 +29,7 @@ BaselineCounters measure_patch_machine(const tilecore::TileJob& job, const gpu::
                         frame = ledger.traffic(Unit::kResolve, Purpose::kFrameBuffer),
                         textures = ledger.traffic(Unit::kTilecore, Purpose::kTexture);
   memory::Traffic all = ledger.total();
-  all.read_bytes -= textures.read_bytes;  // the same for every scheme that shades what is visible
+  all.read_bytes -= textures.read_bytes;  // the same for every scheme that shades only visible surfaces
   const std::uint64_t bound_records = ledger.traffic(Unit::kFrontend, Purpose::kPatchData).read_bytes,
                       tables = ledger.traffic(Unit::kFrontend, Purpose::kTexture).read_bytes,
                       tables_uncached = counters.frontend.table_lines * job.burst_bytes(),
@@ -90,7 +90,7 @@ void measure_triangle_machines(const tilecore::TileJob& job, const gpu::Observed
   for (std::size_t s = 0; s < kSchemeCount; ++s)
     if (kSchemes[s].make != nullptr) others.emplace_back(s, kSchemes[s].make());
   for (auto& [s, other] : others) other->begin(pass);
-  // Each machine by itself: as many threads as there are machines.
+  // Each machine runs on its own: at most as many threads as machines.
   const auto draw = [&](std::span<const DrawnPatch> patches) {
     parallel_for(others.size(), [&](std::size_t r) {
       for (const DrawnPatch& patch : patches) others[r].second->add(patch);
@@ -141,7 +141,7 @@ void BaselineObserver::view_rendered(const gpu::RenderedView& view) {
     add_patch_machine(view.gpu, machine->work, view.result.counters, SchemeId::kTessera);
     add_patch_machine(whole_gpu, whole_work.finish(whole.counters.ledger).work, whole.counters, SchemeId::kPatchWhole);
   }
-  // What the previous frame's depth hid is in no list of this one, but an immediate machine draws it.
+  // Patches that the previous frame's depth hid are in no list of this frame, but an immediate machine draws them.
   measure_triangle_machines(job, view.gpu.frontend.previous_depth_culling ? whole_record : view.record, view.pyramids,
                             view.result.counters, view.gpu, last_, machine ? &*machine : nullptr, &works_);
 }

@@ -13,7 +13,7 @@
 
 namespace tessera::baselines {
 
-// What every scheme did for one frame, or for several.
+// Counters of all schemes for one frame, or for several.
 struct BaselineSet {
   std::array<BaselineCounters, kSchemeCount> schemes;
   BaselineCounters& operator[](SchemeId scheme) { return schemes[static_cast<std::size_t>(scheme)]; }
@@ -21,18 +21,18 @@ struct BaselineSet {
   void accumulate(const BaselineSet& frame);
 };
 
-// The work of every scheme for one frame; that of the machine itself is what was recorded of its run.
+// The work of every scheme for one frame; the machine's own is the recorded work of its run.
 using SchemeWorks = std::array<timing::FrameWork, kSchemeCount>;
 
-// Counters of a machine that bins patches, from those of its run.
+// Counters of a machine that bins patches, computed from the counters of its run.
 BaselineCounters measure_patch_machine(const tilecore::TileJob& job, const gpu::GpuConfiguration& gpu,
                                        const gpu::PatchTable& records, const gpu::FrameCounters& counters,
                                        const gpu::ObservedWork& record);
 
-// Fills in the machines that tessellate first. `machine`: of the same run, for their work, cycles and energies; nullptr:
-// none. `replay`: counters of the run of `job`, for what the finished frame and
-// its shading take. `record`: its entries, which lead to the samples that triangles touch. Counters do not depend on the
-// number of threads.
+// Fills in the machines that tessellate first. `machine` is the machine's run, from which their work, cycles and
+// energies follow; with nullptr none of these are computed. `replay`: counters of the run of `job`, which give the
+// traffic of the finished frame and its shading. `record`: its entries, which lead to the samples that triangles
+// touch. Counters do not depend on the number of threads.
 void measure_triangle_machines(const tilecore::TileJob& job, const gpu::ObservedWork& record,
                                const frontend::PyramidLibrary& pyramids, const gpu::FrameCounters& replay,
                                const gpu::GpuConfiguration& gpu, BaselineSet& out, const MachineWork* machine = nullptr,
@@ -43,9 +43,9 @@ class BaselineObserver final : public gpu::ViewObserver {
  public:
   void view_rendered(const gpu::RenderedView& view) override;
 
-  // Of the frame that was rendered last.
+  // Counters of the last rendered frame.
   const BaselineSet& last() const { return last_; }
-  // What its cycles and energies follow from; nothing without output.machine_model.
+  // Work of that frame, from which its cycles and energies follow; empty without output.machine_model.
   const SchemeWorks& works() const { return works_; }
 
  private:

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::uint32_t kFresh = 3, kDeltaBits = 6;
 
-// The edge of `before` that `next` has the other way round, and the corner of `next` opposite to it.
+// The edge of `before` that `next` shares in the other direction, and the corner of `next` opposite to it.
 struct SharedEdge {
   std::uint32_t edge = kFresh;
   std::size_t corner = 0;
@@ -121,7 +121,7 @@ std::vector<BlockTriangle> decode_grids(std::span<const std::uint8_t> bytes, std
     for (const std::size_t t : present)
       for (const std::size_t v : grid_corners(t, columns)) number[v] = 1;
     for (std::uint8_t& n : number)
-      if (n != 0) n = ++first_vertex;  // one more than its number
+      if (n != 0) n = ++first_vertex;  // one more than the vertex's number
     for (const std::size_t t : present) {
       BlockTriangle triangle{};
       const auto corners = grid_corners(t, columns);

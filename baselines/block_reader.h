@@ -10,19 +10,19 @@
 
 namespace tessera::baselines {
 
-// Tile cores read blocks of the parameter buffer burst by burst, through a cache that they share (LRU): counts that.
+// Counts the reads of parameter-buffer blocks by tile cores, burst by burst, through an LRU cache that the cores share.
 class BlockReader {
  public:
   BlockReader(std::uint64_t burst_bytes, std::uint64_t cache_bytes)
       : reads(burst_bytes), burst_bytes_(burst_bytes), cache_(cache_bytes) {}
 
-  // Bytes that read_asked() is to read.
+  // Adds bytes to the next read_asked().
   void ask(std::uint64_t address, std::uint64_t bytes) {
     for (std::uint64_t burst = address / burst_bytes_; bytes > 0 && burst <= (address + bytes - 1) / burst_bytes_;
          ++burst)
       bursts_.push_back(burst);
   }
-  // Reads them in rising order, each burst once, and returns the bytes that the cache lacked.
+  // Reads the added bytes in rising order, each burst once, and returns the bytes that the cache missed.
   std::uint64_t read_asked() {
     std::sort(bursts_.begin(), bursts_.end());
     bursts_.erase(std::unique(bursts_.begin(), bursts_.end()), bursts_.end());
@@ -38,11 +38,11 @@ class BlockReader {
     return filled_ - before;
   }
 
-  std::uint64_t asked_bytes() const { return asked_; }    // of the cache
-  std::uint64_t filled_bytes() const { return filled_; }  // into it, from memory
+  std::uint64_t asked_bytes() const { return asked_; }    // bytes asked of the cache
+  std::uint64_t filled_bytes() const { return filled_; }  // bytes filled into it from memory
 
-  BurstBytes reads;       // what was filled, and what else its user reads
-  memory::Ledger ledger;  // likewise
+  BurstBytes reads;       // bursts that were filled, and further reads of the user
+  memory::Ledger ledger;  // the same
 
  private:
   std::uint64_t burst_bytes_;

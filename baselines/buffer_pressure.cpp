@@ -47,7 +47,7 @@ namespace {
 
 using Placements = std::vector<binner::ListLevels::Placement>;
 
-// The sub-patches that a machine binned, in its order, each with the tiles that read it.
+// The sub-patches that a machine binned, in order, each with the tiles that read it.
 struct BinnedSubPatch {
   binner::ListEntry entry;
   Placements placements;
@@ -59,7 +59,7 @@ std::vector<BinnedSubPatch> binned_sub_patches(const gpu::ObservedWork& record) 
       if (entry.record >= out.size()) out.resize(std::size_t{entry.record} + 1);
       BinnedSubPatch& sub_patch = out[entry.record];
       const auto tile = static_cast<binner::QueueIndex>(t);
-      // Tiles of a second pass read again what they had.
+      // Tiles of a second pass read their entries again.
       if (!sub_patch.placements.empty() && sub_patch.placements.back().queue == tile) continue;
       sub_patch.entry = entry;
       sub_patch.placements.push_back({tile, {entry.t0, entry.t1}});
@@ -67,7 +67,7 @@ std::vector<BinnedSubPatch> binned_sub_patches(const gpu::ObservedWork& record) 
   return out;
 }
 
-// Fills a buffer with all of them; calls full(sub-patch, its first placement that was refused) when that is needed.
+// Fills a buffer with all sub-patches; calls full(sub-patch, its first refused placement) when the buffer is full.
 template <class Full>
 void fill(binner::ParameterBuffer& buffer, const std::vector<BinnedSubPatch>& sub_patches, const Full& full) {
   for (std::size_t n = 0; n < sub_patches.size(); ++n) {
@@ -76,12 +76,12 @@ void fill(binner::ParameterBuffer& buffer, const std::vector<BinnedSubPatch>& su
   }
 }
 
-// Tile state that partial renders store and load: of each tile that got entries, in every round but the last.
+// Counts tile state that partial renders store and load, for each tile that got entries in a round before the last.
 class StateTraffic {
  public:
   StateTraffic(const std::vector<BinnedSubPatch>& sub_patches, std::span<const std::uint64_t> state_bytes)
       : sub_patches_(sub_patches), state_bytes_(state_bytes), stored_in_(state_bytes.size(), 0) {}
-  // A round ends before placement `next` of sub-patch `n`.
+  // Ends a round before placement `next` of sub-patch `n`.
   void end_round(std::size_t n, std::uint32_t next) {
     ++round_;
     for (; sub_patch_ <= n; ++sub_patch_, placement_ = 0) {

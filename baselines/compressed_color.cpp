@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::uint64_t kMetadataShare = 16;
 
-// `above` over `below`, by the alpha of what is above.
+// Blends `above` over `below` by the alpha of `above`.
 std::uint32_t mixed(std::uint32_t below, std::uint32_t above) {
   const std::uint32_t alpha = above >> 24;
   std::uint32_t out = 0;
@@ -82,7 +82,7 @@ void CompressedColorMemory::draw(const LineTouch& touch, std::span<const ColorWr
                                  std::span<const std::uint32_t> colors) {
   use(touch.line, touch.passes && !touch.blends);
   if (!touch.passes) return;
-  // Colours change while their block is on chip; one that passes by a cache without room leaves changed.
+  // Colours change while their block is on chip; a block that bypasses a cache without room leaves with the change.
   for (const ColorWrite& write : writes)
     for (std::uint64_t left = write.samples; left != 0; left &= left - 1) {
       std::uint32_t& color =
@@ -108,7 +108,7 @@ std::uint32_t channel_of(std::uint32_t color, std::size_t c) { return color >> (
 
 struct Ranges {
   std::array<std::uint32_t, 4> least, width;
-  std::size_t bytes;  // of a block of deltas
+  std::size_t bytes;  // length of a block of deltas
 };
 
 Ranges ranges_of(std::span<const std::uint32_t> colors) {

@@ -9,28 +9,28 @@
 
 namespace tessera::baselines {
 
-// The memory of an immediate-mode machine as ImmediateMemory has it, but for colour, which lies there in compressed
-// blocks of four lines [spec: 256 bytes, AMD's delta colour compression]: a block on chip is whole, so
-// what misses is read before it is changed; what leaves is compressed and written in as many bursts as it takes. A byte
-// of metadata per block says how many (0: clear, nothing to read) and is in memory, too, behind a cache of its own, one
+// The memory of an immediate-mode machine, as ImmediateMemory, but with colour in compressed blocks of four lines
+// [spec: 256 bytes, AMD's delta colour compression]. A block on chip is whole, so a missing block is read before it
+// is changed; a block that leaves is compressed and written in as many bursts as it takes. A byte of metadata per
+// block gives that number (0: clear, nothing to read). Metadata is in memory, too, behind a cache of its own of one
 // sixteenth of the on-chip bytes [assumed].
 //
-// Colours are what pixel-shader invocations gave: what blends is mixed, in 8 bits.
+// Colours are the results of pixel-shader invocations; blended ones are mixed in 8 bits.
 //
 // Invariants (cited by the tests):
-//   CC1  What is read of a block was written, with the same number of bursts.
+//   CC1  Every read of a block follows a write of it, with the same number of bursts.
 //   CC2  Depth moves as in ImmediateMemory with the same cache.
 class CompressedColorMemory {
  public:
   CompressedColorMemory(std::uint64_t cache_bytes, std::uint64_t burst_bytes, const SampleLayout& layout);
 
   void draw(const LineTouch& touch, std::span<const ColorWrite> writes, std::span<const std::uint32_t> colors);
-  // Writes back what is on chip; `resolve` reads the colour first.
+  // Writes back the cache; `resolve` reads the colour first.
   void finish(bool resolve);
 
   std::uint64_t bytes_read() const { return bytes_read_; }
   std::uint64_t bytes_written() const { return bytes_written_; }
-  // Of all lines, sample by sample.
+  // Colours of all lines, sample by sample.
   std::span<const std::uint32_t> colors() const { return colors_; }
 
  private:
@@ -45,7 +45,7 @@ class CompressedColorMemory {
   std::uint32_t lines_, line_samples_;
   memory::LruCache cache_, metadata_;
   std::vector<bool> depth_in_memory_, drawn_, metadata_in_memory_;
-  std::vector<std::uint8_t> bursts_;  // of blocks in memory
+  std::vector<std::uint8_t> bursts_;  // bursts of each block in memory
   std::vector<std::uint32_t> colors_;
   std::uint64_t bytes_read_ = 0, bytes_written_ = 0;
 };
@@ -54,8 +54,8 @@ class CompressedColorMemory {
 //
 //   a byte, the kind: 0 constant, 1 deltas, 2 as they are
 //   constant: the colour (4)
-//   deltas: per channel the least value (1), per channel the width of what exceeds it (1, 0 to 8); then the colours, bit
-//     by bit without a gap, each channel with its width
+//   deltas: per channel the least value (1), per channel the width of the differences from it (1, 0 to 8); then the
+//     differences, bit by bit without a gap, each channel with its width
 //   as they are: the colours (4 each)
 std::vector<std::uint8_t> encode_colors(std::span<const std::uint32_t> colors);
 std::vector<std::uint32_t> decode_colors(std::span<const std::uint8_t> bytes, std::size_t count);

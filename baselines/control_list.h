@@ -4,18 +4,18 @@
 
 namespace tessera::baselines {
 
-// A machine whose tiles have lists of packed primitives over one vertex buffer: coordinates are shaded to bin, vertices
-// again to render [spec: Broadcom V3D; coordinate and vertex shaders]. Lists are blocks of 64 bytes [spec: v3dv's initial
-// list], chained by a link [spec: a branch packet; assumed: 4 bytes as in our chunks].
+// A machine whose tile lists hold packed primitives over one vertex buffer. It shades coordinates to bin, and
+// vertices again to render [spec: Broadcom V3D; coordinate and vertex shaders]. Lists are blocks of 64 bytes [spec:
+// v3dv's initial list], chained by a link [spec: a branch packet; assumed: 4 bytes as in this machine's chunks].
 //
-// Packets; a vertex is named by its number in the order of drawing, those of a patch row by row [assumed: after the
-// compressed primitive lists of VideoCore IV, which name vertices relative to those before]:
-//   byte, bits 0..1 k: 0, 1, 2: the triangle has edge (p[k], p[k+1]) of the one before in the list, p, the other way round,
-//     and one further vertex; bit 2: it is named from p[k] (1) or p[k+1] (0)
+// Packets. A vertex is named by its number in the order of drawing; vertices of a patch are numbered row by row [assumed:
+// after the compressed primitive lists of VideoCore IV, which name vertices relative to earlier ones]:
+//   byte, bits 0..1 k: 0, 1, 2: the triangle shares edge (p[k], p[k+1]) of the list's triangle before, p, in the other
+//     direction, and has one further vertex; bit 2: it is named from p[k] (1) or p[k+1] (0)
 //   k = 3, bit 2 = 0: three vertices follow; the first is named from the last one of the triangle before
-//   bits 3..7: how far the vertex is from that, plus 15; 31: a number follows, zigzag
+//   bits 3..7: distance of the vertex from that one, plus 15; 31: a number follows, zigzag
 //   with k = 3, two numbers, zigzag: the other vertices, from the first
-//   k = 3, bit 2 = 1: the drawable of what follows, 4 bytes
+//   k = 3, bit 2 = 1: the drawable of the following triangles, 4 bytes
 // Before the first triangle, p is vertex 0 three times.
 //
 // Invariants (cited by the tests):
@@ -38,7 +38,7 @@ class ControlListBinner {
   void put_triangle(const Triangle& triangle, Place& place, std::vector<std::uint8_t>& bytes) const;
 
   ReferenceLists lists_;
-  std::vector<Place> last_;  // of each tile's list
+  std::vector<Place> last_;  // by tile
 };
 
 }  // namespace tessera::baselines

@@ -31,7 +31,7 @@ void DepthPyramid::add(const IntRect& pixels, std::span<const float> farthest) {
     const int x0 = pixels.x0 + column * kBlockSide - region_.x0, y0 = pixels.y0 + row * kBlockSide - region_.y0;
     const int x1 = std::min(x0 + kBlockSide, pixels.x1 - region_.x0),
               y1 = std::min(y0 + kBlockSide, pixels.y1 - region_.y0);
-    // Where tiles do not begin with a block of the pyramid, theirs lies in several.
+    // A block of a tile lies in several blocks of the pyramid if tiles do not begin with one.
     for (int y = y0 / kBlockSide; y <= (y1 - 1) / kBlockSide; ++y)
       for (int x = x0 / kBlockSide; x <= (x1 - 1) / kBlockSide; ++x) {
         float& depth = levels_[0].farthest[static_cast<std::size_t>(y * levels_[0].columns + x)];

@@ -8,19 +8,20 @@
 
 namespace tessera::baselines {
 
-// Remembers for each vertex of the current draw, by its number in the index buffer, whether its position is shaded and where
-// the vertex is stored. Memory grows with the largest number, 8 bytes each; a new draw costs what the one before used.
+// Remembers for each vertex of the current draw, by its number in the index buffer, whether its position is shaded
+// and where the vertex is stored. Memory grows with the largest number, 8 bytes each; starting a draw costs time in
+// proportion to the vertices of the one before.
 //
 // Invariants (cited by the tests):
 //   DR1  A vertex is shaded once and stored at one place until the next draw begins.
 class DrawVertices {
  public:
-  // The next draw: its vertices are neither shaded nor stored.
+  // Begins the next draw: its vertices are neither shaded nor stored.
   void begin() {
     for (const std::uint32_t vertex : shaded_) states_[vertex] = kNotShaded;
     shaded_.clear();
   }
-  // False: the position was shaded before.
+  // Marks a vertex as shaded; returns false if it was shaded before.
   bool shade(std::uint32_t vertex) {
     if (vertex >= states_.size()) states_.resize(std::size_t{vertex} + 1, kNotShaded);
     if (states_[vertex] != kNotShaded) return false;
@@ -28,7 +29,7 @@ class DrawVertices {
     shaded_.push_back(vertex);
     return true;
   }
-  // Where a shaded vertex is stored; nothing while it is not.
+  // Place of a shaded vertex; empty while it is not stored.
   std::optional<VertexPlace> place(std::uint32_t vertex) const {
     const std::uint64_t state = states_[vertex];
     if (state == kNotStored) return std::nullopt;
@@ -37,7 +38,7 @@ class DrawVertices {
   void store(std::uint32_t vertex, VertexPlace place) { states_[vertex] = place.middle << kPlaceBits | place.place; }
 
  private:
-  // A middle is behind a block's head, so that no place looks like these.
+  // A middle lies behind a block's head, so no place equals one of these.
   static constexpr std::uint64_t kNotShaded = 0, kNotStored = 1;
   static constexpr unsigned kPlaceBits = 6;
   static_assert(kBlockVertices == 1u << kPlaceBits);

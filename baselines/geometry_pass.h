@@ -21,21 +21,21 @@ struct DrawnPatch {
   TriangleList tiles, bins;
 };
 
-// A patch that the hull stage kept, as far as time and energy go.
+// The work of a patch that the hull stage kept, for time and energy.
 struct PatchWork {
   std::uint32_t patch = 0;
-  std::uint64_t vertices = 0, triangles = 0;  // shaded; culled and set up
+  std::uint64_t vertices = 0, triangles = 0;  // shaded vertices; triangles that are culled or set up
 };
 
-// What the stages before a binner of triangles did.
+// Counts of the stages before a binner of triangles.
 struct GeometryCounts {
-  BaselineCounters tiles, bins;          // of hull stage and triangle setup, by the grid of tiles or of bins
-  std::uint64_t vertices = 0;            // of the patches that the hull stage kept
-  std::uint64_t decoded_for_bounds = 0;  // elements of records, by the hull stage
-  // Bursts of what records hold for the pixel shader: of the patches that the hull stage kept, and of these, those of
+  BaselineCounters tiles, bins;          // hull stage and triangle setup, by the grid of tiles or of bins
+  std::uint64_t vertices = 0;            // vertices of the patches that the hull stage kept
+  std::uint64_t decoded_for_bounds = 0;  // elements of records that the hull stage decoded
+  // Bursts of the pixel shader's part of records: for patches that the hull stage kept, and for the ones of
   // which setup kept a triangle.
   std::uint64_t attribute_bytes = 0, kept_attribute_bytes = 0;
-  std::vector<PatchWork> patches;  // in their order
+  std::vector<PatchWork> patches;  // in the order of patches
 };
 
 // The stages before a binner of triangles, for all machines that have one.
@@ -46,12 +46,12 @@ struct GeometryCounts {
 // Invariants (cited by the tests):
 //   GP1  A patch that the hull stage drops has no triangle that setup would keep.
 //   GP2  Patches reach `draw` in the order of their numbers, some at a time, on the calling thread.
-//   GP3  Vertices of a draw that have one number are at one position, bit by bit.
+//   GP3  Vertices of a draw with the same number have the same position, bit by bit.
 GeometryCounts run_geometry(const tilecore::TileJob& job, const frontend::PyramidLibrary& pyramids,
                             const gpu::GpuConfiguration& gpu, const TriangleSetup& tiles, const TriangleSetup& bins,
                             const std::function<void(std::span<const DrawnPatch>)>& draw);
 
-// Counts what the hull stage does.
+// Result of the hull stage; it also adds to counters.
 struct HullStage {
   std::vector<std::uint8_t> kept;        // by patch, 1 or 0
   std::uint64_t decoded_for_bounds = 0;  // elements of the records that it reads
@@ -59,10 +59,10 @@ struct HullStage {
 HullStage run_hull_stage(const tilecore::TileJob& job, const frontend::PyramidLibrary& pyramids,
                          const gpu::GpuConfiguration& gpu, BaselineCounters& counters);
 
-// A whole base patch, tessellated as tile cores do.
+// Tessellates a whole base patch as tile cores do.
 TessellatedPatch tessellate_patch(const tilecore::TileJob& job, std::uint32_t number);
 
-// The same machine without splits, whatever else it does.
+// The same machine without splits of patches.
 gpu::GpuConfiguration patch_whole_machine(gpu::GpuConfiguration gpu);
 
 }  // namespace tessera::baselines

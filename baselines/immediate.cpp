@@ -31,7 +31,7 @@ std::vector<DrawnInTile> submission_order(const std::vector<TileDrawing>& tiles)
   return order;
 }
 
-// Draws all into a memory and notes what it had moved behind each patch in each tile.
+// Draws all triangles into a memory and records its traffic up to the end of each patch in each tile.
 template <class Memory, class Draw>
 std::vector<ImmediateTraffic> draw_all(const std::vector<TileDrawing>& tiles, const std::vector<DrawnInTile>& order,
                                        bool resolve, Memory& memory, const Draw& draw) {
@@ -121,7 +121,7 @@ bool has_patches(const scene::FrameGeometry& frame) {
 
 namespace {
 
-// The same triangles in the same order, but no bins. `run`: which traffic of the frame is the machine's.
+// Draws the same triangles in the same order without bins. `run` selects the machine's traffic.
 class ImmediateScheme final : public Scheme {
  public:
   explicit ImmediateScheme(ImmediateRun ImmediateFrame::*run) : run_(run) {}
@@ -137,7 +137,8 @@ class ImmediateScheme final : public Scheme {
     counters.culled_occlusion = frame.blocks_culled;
     counters.pixel_shader_invocations = frame.pixel_shader_invocations;
     counters.domain_evaluations = counters.domain_evaluations_cached = drawn.geometry.vertices;
-    const std::uint64_t finished = samples_ > 1 ? drawn.frame_bytes : 0;  // else the colour surface is the frame
+    const std::uint64_t finished =
+        samples_ > 1 ? drawn.frame_bytes : 0;  // with one sample per pixel the colour surface is the frame
     counters.frame_bytes_read = traffic.bytes_read;
     counters.frame_bytes_written = traffic.bytes_written + finished;
     counters.dram_bytes = traffic.bytes_read + counters.frame_bytes_written + counters.patch_bytes_cached;
@@ -153,8 +154,8 @@ class ImmediateScheme final : public Scheme {
   int samples_ = 1;
 };
 
-// Passes with tessellation are drawn without tiles [spec: Adreno's open driver, use_sysmem_rendering]; others as Adreno
-// draws them.
+// Draws passes with tessellation without tiles [spec: Adreno's open driver, use_sysmem_rendering], and other passes
+// as visibility-stream does.
 class UntiledScheme final : public Scheme {
  public:
   void begin(const Pass& pass) override {

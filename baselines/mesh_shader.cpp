@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::uint64_t kSlotBytes = 16, kWordBytes = 4, kCompactHeadBytes = 4;
 
-// By triangle of the patch, its place in TriangleList::triangles.
+// Place of each triangle of the patch in TriangleList::triangles.
 std::vector<std::uint32_t> places_in(const TessellatedPatch& patch, const TriangleList& list) {
   std::vector<std::uint32_t> places(patch.triangles.size(), 0);
   for (std::size_t k = 0; k < list.triangles.size(); ++k)
@@ -30,7 +30,7 @@ std::span<const binner::TileIndex> tiles_of(const TriangleList& list, std::size_
 
 struct TileTriangle {
   binner::TileIndex tile;
-  std::uint32_t triangle;  // of the meshlet
+  std::uint32_t triangle;  // number in the meshlet
   auto operator<=>(const TileTriangle&) const = default;
 };
 
@@ -181,7 +181,7 @@ void MeshletBinner::finish(const VisibleTriangles* visible, std::span<const std:
 void MeshReferenceBinner::add(const TessellatedPatch& patch, std::span<const Meshlet> meshlets,
                               const TriangleList& list) {
   const std::vector<std::uint32_t> places = places_in(patch, list);
-  TriangleList whole;  // each meshlet, in each tile that it touches
+  TriangleList whole;  // all triangles of each meshlet, in each tile that it touches
   for (const Meshlet& meshlet : meshlets) {
     std::vector<std::uint8_t> reference(meshlet.part ? kPartBytes : kReferenceBytes, 0);
     const std::uint32_t number = meshlets_++;
@@ -204,7 +204,7 @@ void MeshReferenceBinner::add(const TessellatedPatch& patch, std::span<const Mes
 
 namespace {
 
-// The part that all three share: task shaders, and the triangles that they leave.
+// The common part of the three machines: task shaders and the triangles that they keep.
 class MeshShaderScheme : public Scheme {
  public:
   void begin(const Pass& pass) override {
@@ -238,7 +238,7 @@ class MeshShaderScheme : public Scheme {
  protected:
   virtual void bin(const TessellatedPatch& patch, std::span<const Meshlet> meshlets, const TriangleList& list) = 0;
 
-  // Counters of hull stage and set-up: of what task shaders left.
+  // Counters of hull stage and set-up, with the meshlets that task shaders kept.
   BaselineCounters geometry(const DrawnPass& drawn) const {
     BaselineCounters out = mesh_.setup;
     const BaselineCounters& hull = drawn.geometry.tiles;
@@ -248,7 +248,7 @@ class MeshShaderScheme : public Scheme {
     out.patch_bytes_cached = hull.patch_bytes_cached - mesh_.unread_bytes;
     return out;
   }
-  // The pyramid of depths that this frame leaves for the next, and that the one before left.
+  // Adds the traffic of two pyramids of depths: this frame's, for the next frame, and the previous frame's.
   void add_pyramid(BaselineCounters& counters) const {
     const std::uint64_t bytes = memory::burst_bytes(0, pass_->depths.bytes(), pass_->job.burst_bytes());
     counters.culled_occlusion = task_->counts().hidden;

@@ -14,33 +14,33 @@
 
 namespace tessera::baselines {
 
-// Machines with a mesh-shader pipeline in front of their tiler: task shaders drop meshlets, mesh shaders give the triangles
-// of those that are left, set-up culls and covers these, and lists name them by meshlet. They differ in what is kept between
-// the mesh shader and tiles.
+// Machines with a mesh-shader pipeline in front of their tiler: task shaders drop meshlets, mesh shaders produce the
+// triangles of the remaining ones, set-up culls these and finds their tiles, and lists name them by meshlet. The
+// machines differ in the storage between the mesh shader and tiles.
 
-// The work of a pass's mesh shaders; and which patches they shaded, with how many vertices and triangles each.
+// The work of a pass's mesh shaders, and the patches that they shaded with the number of vertices and triangles of each.
 struct MeshPass {
-  BaselineCounters setup;  // of the triangles of meshlets that were kept
+  BaselineCounters setup;  // triangles of kept meshlets
   std::vector<PatchWork> patches;
-  std::uint64_t vertices = 0;         // of these
-  std::uint64_t attribute_bytes = 0;  // bursts of what their records hold for the pixel shader
-  std::uint64_t unread_bytes = 0;     // of records that nobody fetched, as no meshlet was kept
+  std::uint64_t vertices = 0;         // vertices of these patches
+  std::uint64_t attribute_bytes = 0;  // bursts of the pixel shader's part of their records
+  std::uint64_t unread_bytes = 0;     // bytes of records that no unit fetched, because no meshlet was kept
 };
 
-// Keeps outputs in memory: a record for each meshlet, one behind the other.
+// Stores outputs in memory, as consecutive records of meshlets.
 //
-//   kRing     as many as a workgroup may have, whatever it has [spec: Mesa's emulation for Adreno A8xx]: of 64 vertices
-//             positions (16 bytes each, twice that where they move), then attributes in slots of 16 bytes; of 124
-//             triangles three indices and a word that culls it (4 bytes each). 4 032 bytes with one slot. A vertex shader
-//             that copies reads positions and indices of what there is, to bin
-//   kCompact  what there is: a head of 4 bytes, positions, attributes, 3 bytes for each triangle, filled up to 4. The
-//             binner takes it as it is made [assumed, in its favour]
+//   kRing     each record has room for the outputs of a full workgroup [spec: Mesa's emulation for Adreno A8xx]: positions
+//             of 64 vertices (16 bytes each, twice that if they move), then attributes in slots of 16 bytes; for 124
+//             triangles three indices and a cull word (4 bytes each). 4 032 bytes with one slot. To bin, a vertex shader
+//             copies the positions and indices that the meshlet has
+//   kCompact  each record has only the meshlet's own outputs: a head of 4 bytes, positions, attributes, 3 bytes for each
+//             triangle, filled up to a multiple of 4. The binner takes the outputs as they are made [assumed, in its favour]
 //
-// A tile's list, in the order of drawing: number (7 bits a byte), the meshlet less that of the reference before; its
-// triangles that touch the tile, as in tile_reference.h. Tiles read the indices and positions of these, and the attributes
-// of those that they see, through a cache of bursts (baselines.cache_bytes).
+// A tile's list, in the order of drawing, has for each reference a number (7 bits a byte), the meshlet less the meshlet of
+// the reference before, and the triangles that touch the tile, as in tile_reference.h. Tiles read the indices and
+// positions of these triangles, and the attributes of the visible ones, through a cache of bursts (baselines.cache_bytes).
 //
-// Only positions and indices are stored as they are, as PostTessellationBinner has it.
+// Only positions and indices have real content, as in PostTessellationBinner.
 //
 // Invariants (cited by the tests):
 //   MESH1  Every triangle of a kept meshlet that set-up keeps is in the list of every tile that it may touch, once.
@@ -49,17 +49,17 @@ enum class MeshStorage : std::uint8_t { kRing, kCompact };
 
 class MeshletBinner {
  public:
-  // [assumed] of the shader that copies, for each vertex: its address, two loads, an export
+  // [assumed] instructions of the copying shader for each vertex: its address, two loads, an export
   static constexpr std::uint64_t kCopyInstructions = 8;
 
   MeshletBinner(const gpu::GpuConfiguration& gpu, const binner::TileGrid& grid, MeshStorage storage);
 
-  // `meshlets`: of the patch, those that are kept; `list`: what set-up makes of the patch.
+  // Adds a patch. `meshlets`: its kept meshlets; `list`: the patch after set-up.
   void add(const TessellatedPatch& patch, std::span<const Meshlet> meshlets, const TriangleList& list);
-  // As PostTessellationBinner::finish().
+  // Same contract as PostTessellationBinner::finish().
   void finish(const VisibleTriangles* visible = nullptr, std::span<const std::uint64_t> state_bytes = {});
 
-  // Where the parts of a meshlet's record are, relative to it.
+  // Offsets of the parts of a meshlet's record.
   struct Layout {
     std::uint64_t positions, position_bytes, attributes, attribute_bytes, indices, triangle_bytes, bytes;
   };
@@ -71,7 +71,7 @@ class MeshletBinner {
   const std::vector<ListWork>& tiles() const { return tiles_; }
   std::uint64_t dram_bytes() const { return dram_bytes_; }
   std::uint64_t dram_bytes_uncached() const { return dram_bytes_uncached_; }
-  // Bursts that are read to bin, and instructions of the shader that copies.
+  // Bursts that are read to bin, and instructions of the copying shader.
   std::uint64_t read_to_bin_bytes() const { return read_to_bin_bytes_; }
   std::uint64_t copy_instructions() const {
     return storage_ == MeshStorage::kRing ? counters_.vertices_stored * kCopyInstructions : 0;
@@ -98,14 +98,14 @@ class MeshletBinner {
   std::vector<Stored> stored_;
   std::vector<BlockTriangle> triangles_;
   std::vector<std::uint64_t> names_;
-  std::vector<std::uint64_t> last_;  // of each tile's list: its last meshlet
+  std::vector<std::uint64_t> last_;  // by tile: the last meshlet of its list
 };
 
-// Keeps references: mesh shaders run again in each tile that a meshlet touches, for all of its vertices, in front of the
-// cache that Reshading has. A reference takes 8 bytes, of a part of a patch 24 [spec: NVIDIA's vk_tessellated_clusters].
+// Keeps references: mesh shaders run again in each tile that a meshlet touches, for all of its vertices, in front of
+// Reshading's cache. A reference takes 8 bytes, or 24 for a part of a patch [spec: NVIDIA's vk_tessellated_clusters].
 //
 // Invariants (cited by the tests):
-//   MR1  A kept meshlet is in the list of each tile that a triangle of it may touch, once.
+//   MR1  A kept meshlet is in the list of each tile that one of its triangles may touch, once.
 class MeshReferenceBinner {
  public:
   static constexpr std::uint64_t kReferenceBytes = 8, kPartBytes = 24;

@@ -14,7 +14,7 @@ int parts_of(int cells, int each) { return (cells + each - 1) / each; }
 
 MeshletCells meshlet_cells(int columns, int rows) {
   MeshletCells best{0, 0};
-  std::pair<int, int> least{0, 0};  // parts, then their vertices
+  std::pair<int, int> least{0, 0};  // number of parts, then of their vertices
   for (int a = 1; a <= std::min(columns, kMeshletSegments); ++a)
     for (int b = 1; b <= std::min(rows, kMeshletSegments); ++b) {
       if (static_cast<std::size_t>((a + 1) * (b + 1)) > kMeshletVertices ||

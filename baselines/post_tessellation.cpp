@@ -18,7 +18,7 @@ namespace {
 constexpr unsigned kPlacesBit = 0x2000u, kGridBit = 0x4000u, kMovingBit = 0x8000u, kIndexBytesMask = 0x1FFFu;
 constexpr std::uint64_t kBlockPadding = 4;
 
-// Where the parts of a block are.
+// Sizes and offsets of the parts of a block.
 struct BlockHead {
   std::size_t vertices, triangles, index_bytes;
   bool has_places, grids, moving;
@@ -38,7 +38,7 @@ BlockHead head_at(std::span<const std::uint8_t> memory, std::uint64_t address) {
           kBlockHeadBytes + round_up(bytes, kBlockPadding)};
 }
 
-// Places of the vertices of a block; the block's own lie behind `vertices_at`, relative to the block.
+// Places of the vertices of a block; its own begin at offset `vertices_at`.
 struct BlockPlaces {
   std::vector<std::optional<VertexPlace>> places;
   std::uint64_t vertices_at;
@@ -126,7 +126,7 @@ void PostTessellationBinner::begin_group(const TessellatedPatch& patch, const Tr
   rectangle_vertex_ = static_cast<std::uint8_t>(vertices_.size());
   const std::size_t cells = (patch.group_ends[group] - rectangle_begins_) / 2;
   rectangles_.push_back({columns, static_cast<std::uint8_t>(cells / columns), {}});
-  TESSERA_CHECK(list.triangles[first].number >= rectangle_begins_, "groups of the list are those of the patch");
+  TESSERA_CHECK(list.triangles[first].number >= rectangle_begins_, "the list and the patch have the same groups");
 }
 
 void PostTessellationBinner::add_triangle(const TessellatedPatch& patch, const TriangleList& list,
@@ -170,7 +170,7 @@ void PostTessellationBinner::add(const TessellatedPatch& patch, const TriangleLi
   }
 }
 
-// Grids where they are smaller; vertices are then put in their order.
+// Uses grids if they are smaller; vertices are then put in the order of grids.
 std::vector<std::uint8_t> PostTessellationBinner::pack_indices(bool& grids) {
   std::vector<std::uint8_t> strip = encode_strip(triangles_);
   grids = false;
@@ -208,7 +208,7 @@ void PostTessellationBinner::pack_vertices(std::vector<std::uint8_t>& block) con
                                                                                 : (own.size() - 1 - n) * positions)]);
 }
 
-// The parts of a block; `own_vertices_at`: relative to the block.
+// Packs a block; `own_vertices_at` returns the offset of its own vertices.
 std::vector<std::uint8_t> PostTessellationBinner::pack_block(std::uint64_t address, std::uint64_t& own_vertices_at) {
   bool grids = false;
   const std::vector<std::uint8_t> indices = pack_indices(grids);
@@ -233,7 +233,7 @@ std::vector<std::uint8_t> PostTessellationBinner::pack_block(std::uint64_t addre
   return block;
 }
 
-// Remembers where the block's own vertices lie: later blocks of the current index buffer may name them.
+// Remembers the places of the block's own vertices: later blocks of the current index buffer may name them.
 void PostTessellationBinner::keep_places(std::uint64_t own_vertices_at) {
   const auto own = static_cast<std::uint64_t>(
       std::count_if(vertices_.begin(), vertices_.end(), [](const BlockVertex& vertex) { return !vertex.place; }));
@@ -287,7 +287,7 @@ struct PostTessellationBinner::Reading : BlockReader {
   memory::Ledger uncached_ledger;
 };
 
-// Head, indices and places; positions of the triangles in the tile, or whole vertices; attributes of visible ones.
+// Reads head, indices and places; positions of the tile's triangles, or whole vertices; attributes of visible triangles.
 void PostTessellationBinner::read_block(const TileReference& reference, binner::TileIndex tile, Reading& reading) {
   const std::span<const std::uint8_t> memory = buffer_.memory();
   const BlockHead head = head_at(memory, reference.address);
@@ -339,7 +339,7 @@ void PostTessellationBinner::read_tile(binner::TileIndex tile, Reading& reading)
     read_block(reference, tile, reading);
   }
   work.bytes = reading.ledger.total().read_bytes - before.ledger;
-  // Each burst of a block is asked of the cache, and filled into it where that lacks it.
+  // Each burst of a block is asked of the cache, and filled into it on a miss.
   work.cache_bytes = reading.asked_bytes() - before.asked + reading.filled_bytes() - before.filled;
 }
 

@@ -15,46 +15,47 @@
 
 namespace tessera::baselines {
 
-// Bytes of a position: x, y, depth and w as floats, at each motion key [spec: gl_Position]. Attributes, which
+// Bytes of a position at each motion key: x, y, depth and w as floats [spec: gl_Position]. Attributes, which
 // frontend::vertex_components() counts, take 4 bytes a component, or 2 with shading.attributes=half.
 inline constexpr std::uint64_t kPositionBytes = 16;
 
 // Head of a block: state (4), vertices (1), triangles (1), bytes of the indices (2: bits 0..12) with flags: bit 13 the
-// block has places, 14 indices are grids, else a strip, 15 it moves. Then the indices, filled up to a multiple of 4; the
-// places, likewise; and the vertices that are the block's own:
-//   each in every block    vertex by vertex: position, second position where it moves, attributes
-//   once for each draw     positions, the last one first, behind the second one each where they move; attributes
-// How many attributes there are goes with the state. Places (block_code.h) tell which vertices lie behind earlier blocks;
-// without them all are the block's own.
+// block has places, 14 indices are grids, else a strip, 15 the block moves. Then the indices, filled up to a multiple of 4;
+// the places, filled up as well; and the block's own vertices:
+//   each in every block    vertex by vertex: position, second position if it moves, attributes
+//   once for each draw     positions, the last one first, each followed by the second one if they move; attributes
+// The state gives the number of attributes. Places (block_code.h) tell which vertices lie with earlier blocks; without them
+// all vertices are the block's own.
 inline constexpr std::uint64_t kBlockHeadBytes = 8;
 
-// Where vertices are kept.
+// Storage of vertices.
 enum class VertexStorage : std::uint8_t {
-  kEachBlock,  // every block holds whole vertices, a copy of each that it uses
-  kEachDraw    // the first block of a draw that uses a vertex holds it, for all blocks of the draw. The machine shades
-               // all positions first, then the attributes of triangles that survive culling; a tile fetches the
-               // attributes of the triangles that it sees
+  // Every block holds a whole copy of each vertex that it uses.
+  kEachBlock,
+  // The first block of a draw that uses a vertex holds it, for all blocks of the draw. The machine shades all positions
+  // first, then the attributes of triangles that survive culling; a tile fetches the attributes of its visible triangles.
+  kEachDraw
 };
 
-// The binner of a conventional tile-based machine, behind its domain shader: packs what culling leaves into blocks of
-// up to 64 vertices and 126 triangles, writes them to the parameter buffer and each tile a reference to every block
-// that it needs. Groups of triangles (7x7 cells, a cluster) are never divided, and joined while they fit. Indices are
-// coded as grids or as a strip, whichever is smaller. Then the tile cores' reads of all that, tile by tile, through a
-// cache of bursts.
+// The binner of a conventional tile-based machine, after its domain shader. It packs the triangles that culling
+// leaves into blocks of up to 64 vertices and 126 triangles, writes them to the parameter buffer, and gives each tile
+// a reference to every block that it needs. Groups of triangles (7x7 cells, a cluster) are never divided, and are
+// joined while they fit. Indices are coded as grids or as a strip, whichever is smaller. finish() then models the
+// tile cores' reads, tile by tile, through a cache of bursts.
 //
 // With kEachDraw this is index-driven vertex shading [spec: Arm, from Bifrost on: position shading, culling, varying
-// shading]: triangles of a draw that name the same vertex share it, whatever blocks they are in. Tessellated patches share
-// no vertex: the tessellator makes them and no index buffer names them, so both patches at an edge keep its vertices. In
-// favour of this machine: it finds every vertex of a draw again, however long ago it was shaded, and writes no position
-// of a triangle that is culled.
+// shading]: triangles of a draw that name the same vertex share it, in all blocks of the draw. Tessellated patches
+// share no vertex: the tessellator makes them and no index buffer names them, so both patches at an edge keep its
+// vertices. Two assumptions favour this machine: it always finds a shaded vertex of a draw again, and it writes no
+// position of a culled triangle.
 //
-// Only positions are stored as they are; bytes of attributes are zero, as their values change no count.
+// Only positions have real content; bytes of attributes are zero, as their values change no count.
 //
 // Configured by parameter_buffer.*, binner.combining_bursts, memory.burst_bytes, baselines.cache_bytes.
 // Invariants (cited by the tests):
 //   PT1  Every triangle that setup keeps is in the list of every tile that it may touch, once.
 //   PT2  A block names each vertex that its triangles use once, and no other.
-//   PT3  What tile cores read was written.
+//   PT3  Tile cores read only bytes that were written.
 //   PT4  Positions come back with all their bits, wherever they are stored.
 //   PT5  With kEachDraw a vertex of a draw is stored once.
 class PostTessellationBinner {
@@ -64,16 +65,16 @@ class PostTessellationBinner {
 
   const TriangleSetup& setup() const { return setup_; }
 
-  // Patches come in the order in which they are drawn, with what setup() made of them.
+  // Adds the patches in the order of drawing, each with the result of setup().
   void add(const TessellatedPatch& patch, const TriangleList& list);
 
-  // Writes what is pending, then reads all tiles. Attributes that are apart are read for `visible`, null: for all.
-  // `state_bytes`: of tiles, for what a smaller buffer would cost; empty: not asked for.
+  // Writes pending blocks, then reads all tiles. Separate attributes are read for the triangles in `visible`, or for all
+  // with nullptr. `state_bytes`: bytes of each tile, to compute the cost of a smaller buffer; empty if that is not wanted.
   void finish(const VisibleTriangles* visible = nullptr, std::span<const std::uint64_t> state_bytes = {});
 
   const BaselineCounters& counters() const { return counters_; }
   const TriangleBuffer& buffer() const { return buffer_; }
-  // By tile, what its core does with its list; after finish().
+  // By tile, the work of its core for its list; valid after finish().
   const std::vector<ListWork>& tiles() const { return tiles_; }
   // Traffic of parameter-buffer writes and reads, with the cache and without any.
   std::uint64_t dram_bytes() const { return dram_bytes_; }
@@ -85,17 +86,17 @@ class PostTessellationBinner {
     std::uint8_t triangle;
     auto operator<=>(const TileTriangle&) const = default;
   };
-  // What is not in memory: of a block that was written.
+  // Data about a written block that memory does not hold.
   struct Written {
     std::uint64_t address, attribute_bytes;
-    std::size_t first_name;  // of its triangles, in names_
+    std::size_t first_name;  // first name of its triangles, in names_
   };
-  // A vertex of the block that is being filled.
+  // A vertex of the block in progress.
   struct BlockVertex {
     std::array<float, 6> position;  // x, y, depth at both keys
-    std::uint32_t number = 0;       // in its index buffer
+    std::uint32_t number = 0;       // number in its index buffer
     std::uint64_t index_buffer = 0;
-    std::optional<VertexPlace> place;  // behind an earlier block
+    std::optional<VertexPlace> place;  // set if it is stored with an earlier block
   };
   struct Reading;
 
@@ -130,18 +131,18 @@ class PostTessellationBinner {
   std::vector<Written> blocks_;
   std::vector<std::uint64_t> names_;
 
-  // The block that is being filled.
+  // The block in progress.
   std::uint32_t state_ = 0;
   bool moving_ = false, all_grids_ = true;
   std::uint64_t attribute_bytes_ = 0;
   std::vector<BlockTriangle> triangles_;
   std::vector<GridRectangle> rectangles_;
-  std::size_t rectangle_begins_ = 0;  // at this triangle of the patch
+  std::size_t rectangle_begins_ = 0;  // first triangle of the rectangle, in the patch
   std::uint8_t rectangle_vertex_ = 0;
   std::vector<TileTriangle> tile_triangles_;
   std::vector<BlockVertex> vertices_;
-  std::vector<std::uint8_t> number_;         // in the block, of a vertex of the index buffer, or kNoNumber
-  std::vector<std::uint32_t> numbered_;      // vertices of the index buffer that have such a number
+  std::vector<std::uint8_t> number_;         // by vertex of the index buffer: number in the block, or kNoNumber
+  std::vector<std::uint32_t> numbered_;      // vertices of the index buffer that have a number in the block
   std::vector<std::uint64_t> last_address_;  // per tile
 
   // The current patch uses the index buffer of its draw, or one of its own.

@@ -32,7 +32,7 @@ std::uint32_t Reshading::add(const TessellatedPatch& patch, const TriangleList& 
 Reshading::Counts Reshading::run(std::vector<ListWork>* work, BlockReader& cached, BlockReader& uncached) const {
   Counts counts;
   memory::LruCache cache(cache_bytes_), records(record_bytes_);
-  std::vector<std::uint32_t> seen_in(vertices_, 0);  // the tile, plus one
+  std::vector<std::uint32_t> seen_in(vertices_, 0);  // number of the tile, plus one
   struct Done : ListWork {
     std::uint64_t block_bytes = 0;
   };

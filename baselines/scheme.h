@@ -24,23 +24,23 @@ class SchemeWork;
 struct Pass {
   const gpu::GpuConfiguration& gpu;
   const tilecore::TileJob& job;
-  const binner::TileGrid& bins;  // of schemes whose tiles are as large as visibility_stream.gmem_bytes allows
-  const DepthPyramid& depths;    // what the frame leaves, for machines that test what they draw against it
+  const binner::TileGrid& bins;  // bins of schemes whose tiles are as large as visibility_stream.gmem_bytes allows
+  const DepthPyramid& depths;    // depths of the finished frame, for machines that test against them
 };
 
-// The pass when all is drawn: what schemes share.
+// The pass after drawing: data that all schemes share.
 struct DrawnPass {
-  const GeometryCounts& geometry;  // of the hull stage and of triangle setup
+  const GeometryCounts& geometry;  // counts of the hull stage and of triangle setup
   const ImmediateFrame& drawn;     // the triangles in the order of drawing, and which are visible
-  std::uint64_t frame_bytes;       // written of the finished frame
-  std::uint64_t invocations;       // of the pixel shader, for what is visible
-  std::span<const std::uint64_t> tile_state_bytes, bin_state_bytes;  // of colour and depth, by tile and by bin
+  std::uint64_t frame_bytes;       // bytes written for the finished frame
+  std::uint64_t invocations;       // pixel-shader invocations for visible surfaces
+  std::span<const std::uint64_t> tile_state_bytes, bin_state_bytes;  // bytes of colour and depth, by tile and by bin
   const SchemeWork* work;                                            // nullptr: neither cycles nor energy are modelled
 };
 
 struct SchemeResult {
   BaselineCounters counters;
-  timing::FrameWork work;  // empty where nothing is modelled
+  timing::FrameWork work;  // empty without a machine model
 };
 
 // A machine that bins or draws triangles.
@@ -70,7 +70,7 @@ enum class SchemeId : std::uint8_t {
 #undef MACHINE
 #undef BASELINE
 
-// Whether a product does on patches what a machine does; the machine itself is ours.
+// Whether a product treats patches as the machine does; kOurs marks this machine itself.
 enum class SchemeKind : std::uint8_t { kOurs, kShipped, kIdealised };
 
 // "ours", "shipped" or "idealised".
@@ -81,7 +81,7 @@ constexpr std::string_view name(SchemeKind kind) {
 struct SchemeRow {
   std::string_view name;
   SchemeKind kind{};
-  std::unique_ptr<Scheme> (*make)() = nullptr;  // nullptr: tessera itself
+  std::unique_ptr<Scheme> (*make)() = nullptr;  // nullptr for tessera itself
 };
 inline constexpr auto kSchemes = std::to_array<SchemeRow>({
 #define MACHINE(id, name) {name, SchemeKind::kOurs, nullptr},
@@ -92,8 +92,8 @@ inline constexpr auto kSchemes = std::to_array<SchemeRow>({
 });
 inline constexpr std::size_t kSchemeCount = kSchemes.size();
 
-// Fills in what machines that bin triangles share before their lists: hull stage, tessellation and setup. `attributes`:
-// bytes of them that are read before.
+// Fills in the counters that machines which bin triangles share before their lists: hull stage, tessellation and
+// setup. `attributes`: bytes of attributes that are read before the lists.
 void take_geometry(const BaselineCounters& geometry, std::uint64_t attributes, BaselineCounters& out);
 
 }  // namespace tessera::baselines

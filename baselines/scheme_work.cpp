@@ -22,12 +22,12 @@ using timing::TileWork;
 constexpr auto kVisibility = static_cast<std::size_t>(Phase::kVisibility),
                kShading = static_cast<std::size_t>(Phase::kShading), kStore = static_cast<std::size_t>(Phase::kStore);
 
-// `count` of `of`, as `whole` is to `of`, rounded.
+// whole * count / of, rounded.
 std::uint64_t scaled(std::uint64_t whole, std::uint64_t count, std::uint64_t of) {
   return of == 0 ? 0 : (whole * count + of / 2) / of;
 }
 
-// Events that every scheme has as the machine has them: of what is visible, and of the finished frame.
+// Adds the events that every scheme shares with the machine: shading of visible surfaces, and the finished frame.
 void add_shading(const TileWork& from, TileWork& to) {
   for (const Event event :
        {Event::kAlphaTests, Event::kCompactedSamples, Event::kPlacesFound, Event::kShaderInvocations,
@@ -35,7 +35,7 @@ void add_shading(const TileWork& from, TileWork& to) {
         Event::kTexels, Event::kDecodedTexels, Event::kBlendedLayers, Event::kPixels, Event::kResolveOperations,
         Event::kCodedPixels, Event::kCompressedPixels})
     to.events[event] += from.events[event];
-  // Vertices that the machine's pixels interpolate are packed into warps as well; schemes shade theirs before.
+  // The machine also packs vertices that pixels interpolate into warps; schemes have shaded theirs before.
   to.events[Event::kCompactedSamples] -= from.events[Event::kVertexOutputs];
 }
 
@@ -55,7 +55,7 @@ std::uint64_t pixels_of(const binner::TileGrid& grid, binner::TileIndex tile) {
 
 }  // namespace
 
-// Parts of a whole in proportion to weights; together they are the whole.
+// Splits a whole in proportion to weights; the parts add up to the whole.
 class SchemeWork::Parts {
  public:
   Parts(std::uint64_t whole, std::uint64_t weights) : whole_(whole), weights_(weights) {}
@@ -75,11 +75,11 @@ class SchemeWork::Parts {
   std::uint64_t whole_, weights_, seen_ = 0, given_ = 0;
 };
 
-// The machine's work in a tile, shared out among what an immediate renderer draws there one after the other: the rest of
-// one share goes into the next, so that many small patches have as much as a large one.
+// Splits the machine's work in a tile among the patches that an immediate renderer draws there in sequence. The
+// remainder of a share goes into the next, so that many small patches have as much as a large one.
 class SchemeWork::TileShares {
  public:
-  // `behind`: samples that look the environment up.
+  // `behind`: samples that look up the environment.
   TileShares(const OwnTile& own, const gpu::TextureUse& textures, std::uint64_t behind)
       : TileShares(own, textures, behind, own.work.events[Event::kShaderInvocations]) {}
   DrawnShare next(std::uint64_t invocations) {
@@ -90,7 +90,7 @@ class SchemeWork::TileShares {
   }
   DrawnShare behind() { return lookups(behind_); }
 
-  // Hands the lookups of a share out: `texels` and `lines` are divided among the lanes of its warps.
+  // Divides the lookups of a share, `texels` and `lines`, among the lanes of its warps.
   void look_up(Parts& texels, Parts& lines, timing::WarpItem warp, TileItems& items) {
     warp.texels = static_cast<std::uint32_t>(texels.next(warp.lanes));
     warp.texel_lines = static_cast<std::uint32_t>(lines.next(warp.lanes));
@@ -195,7 +195,7 @@ void SchemeWork::add_own_items(const timing::TileItems& items, OwnTile& own) con
   own.alpha_lines.insert(own.alpha_lines.end(), items.texel_lines.begin(), middle);
   own.texel_lines.insert(own.texel_lines.end(), middle, items.texel_lines.end());
   for (timing::WarpItem warp : items.warps) {
-    if (warp.kind == timing::WarpItem::kVertices) continue;  // theirs are shaded before
+    if (warp.kind == timing::WarpItem::kVertices) continue;  // schemes shade their vertices before
     if (warp.drawable > 0 && warp.kind == timing::WarpItem::kEvaluating) {
       const timing::WarpItem& interpolates = shaders_[warp.drawable - 1].pixel;
       warp.kind = timing::WarpItem::kPixels, warp.clocks = interpolates.clocks, warp.registers = interpolates.registers;
@@ -235,7 +235,7 @@ void SchemeWork::shade_vertices(std::uint32_t patch, std::uint64_t vertices, Til
   items.lines.insert(items.lines.end(), lines.begin(), lines.end());
 }
 
-// Items of a tile: a patch that it draws each, among which what its list makes it do is divided; and the events of all.
+// Makes the items of a tile, one for each patch that it draws, and divides the list's work among them; adds up all events.
 void SchemeWork::add_items(const ListWork& list, const OwnTile& own, Draw out) const {
   std::vector<SubPatchItem> items;
   std::uint64_t boxes = 0, masked = 0;
@@ -277,7 +277,7 @@ void SchemeWork::add_items(const ListWork& list, const OwnTile& own, Draw out) c
   out.items.texel_lines.insert(out.items.texel_lines.end(), own.texel_lines.begin(), own.texel_lines.end());
 }
 
-// Vertices that are shaded before tiles, pass after pass, by the shaders of all patches that the hull stage kept.
+// Shades vertices before tiles, pass after pass, by the shaders of all patches that the hull stage kept.
 void SchemeWork::shade_before(const FrontWork& front, timing::WorkRound& round) const {
   timing::GeometryWork& work = round.geometry;
   work.events[Event::kVertices] = front.vertices;
@@ -398,7 +398,7 @@ void SchemeWork::add_lookups(const DrawnShare& share, TileWork& work) {
   work.dram_bytes[kShading] += share.shading_bytes;
 }
 
-// The warps that shade what was drawn, with its share of the machine's lookups in that tile.
+// Adds the warps that shade drawn pixels, with their share of the machine's lookups in that tile.
 void SchemeWork::add_warps(const DrawnInTile& drawn, const DrawnShare& share, TileShares& tile, Draw out) const {
   const auto lanes = static_cast<std::uint64_t>(gpu_.shader.warp_lanes);
   const std::uint64_t warps = (drawn.invocations + lanes - 1) / lanes;
@@ -425,7 +425,7 @@ void SchemeWork::add_background(const OwnTile& own, TileShares& tile, Draw out) 
     if (warp.kind == timing::WarpItem::kBackground) tile.look_up(texels, lines, warp, out.items);
 }
 
-// Patches are drawn in their order, cut into batches. A patch that nothing is left of is shaded and set up with the next.
+// Draws patches in order, cut into batches. A patch without any remaining sample is shaded and set up with the next one.
 void SchemeWork::add_batches(std::uint64_t patch_bytes, std::span<const ImmediateTraffic> traffic,
                              std::vector<TileShares>& shares, timing::WorkRound& round) const {
   constexpr std::uint64_t kBatchTriangles = 512;
@@ -490,7 +490,7 @@ void SchemeWork::add_batches(std::uint64_t patch_bytes, std::span<const Immediat
 
 timing::FrameWork SchemeWork::immediate(const BaselineCounters& scheme, std::span<const ImmediateTraffic> moved) const {
   timing::FrameWork work;
-  work.tile_state_bytes = 1;  // batches keep no samples: as many as the scheduler knows
+  work.tile_state_bytes = 1;  // batches keep no samples: the scheduler takes its maximum number of tiles
   timing::WorkRound& draws = work.rounds.emplace_back();
   draws.geometry = hull_stage(scheme);
   std::vector<TileShares> shares = this->shares();

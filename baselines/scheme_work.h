@@ -16,32 +16,32 @@
 
 namespace tessera::baselines {
 
-// What the machine's run gives to all schemes: it shades what is visible, and textures are its own.
+// Results of the machine's run that all schemes use: shading of visible surfaces, and textures.
 struct MachineWork {
   const timing::FrameWork& work;              // with items: schemes have them as well
   std::span<const gpu::TextureUse> textures;  // by tile
   const gpu::DisplacementMemory* heights;     // nullptr where textures are not modelled
 };
 
-// Conventional machines keep so many bytes of a sample in a tile.
+// Bytes that conventional machines keep of a sample in a tile.
 inline constexpr std::uint64_t kColorAndDepthBytes = 8;
 
-// Before the tiles of a scheme whose lists hold triangles.
+// Work before the tiles of a scheme whose lists hold triangles.
 struct FrontWork {
-  std::uint64_t vertices = 0;  // shaded before they are binned
-  std::uint64_t whole = 0;     // of these, with what pixels interpolate; of the others the place alone
-  std::uint64_t passes = 1;    // over the patches, in which they are shaded
+  std::uint64_t vertices = 0;  // vertices shaded before they are binned
+  std::uint64_t whole = 0;     // vertices of these with all outputs; the others have a position alone
+  std::uint64_t passes = 1;    // number of passes over the patches in which they are shaded
   std::uint64_t read_bytes = 0, written_bytes = 0;
   bool fetches_entries = true;  // cores look references up; otherwise set-up decodes triangles as it takes them
-  // Whose vertices they are, with how many each; nullptr: all patches that the hull stage kept, with all of theirs.
+  // Patches with these vertices, and the number of each; nullptr: all vertices of all patches that the hull stage kept.
   const std::vector<PatchWork>* patches = nullptr;
   // Compute shaders and task shaders: instructions on lanes, and bilinear lookups.
   std::uint64_t instructions = 0, lookups = 0;
-  bool bounds_on_lanes = false;  // of these, tests that the hull stage would make; otherwise the front end makes them
+  bool bounds_on_lanes = false;  // these include the tests of the hull stage, which the front end makes otherwise
 };
 
-// Puts schemes that bin or draw triangles into the words of the timing model (timing/work.h), so that one model times all
-// of them and one table of prices gives their energy. Units that do the same run at the same rates:
+// Expresses schemes that bin or draw triangles as work of the timing model (timing/work.h), so that one model times
+// all of them and one table of prices gives their energy. Units with the same work run at the same rates:
 //
 //   hull stage            bounds, elements decoded    front end
 //   compute, task shader  instructions, lookups       lanes and texture units of all cores, before binning
@@ -53,49 +53,48 @@ struct FrontWork {
 //   tile                  references                  entry fetch
 //                         samples that may see the patch
 //                                                     box builder, box, stencil and triangle tests, as the machine makes
-//                                                     them; hierarchical depth drops a share of them: that of the hits
-//                                                     [assumed]
-//                         blocks of 8x8 pixels whose farthest depth is found again
+//                                                     them; hierarchical depth drops the same share of them
+//                                                     as of the hits [assumed]
+//                         blocks of 8x8 pixels whose farthest depth is computed again
 //                                                     coarse depth
-//   shading, resolve      the machine's own of that tile, but patches are not evaluated again: vertices hold attributes
+//   shading, resolve      the machine's own for that tile, but patches are not evaluated again: vertices hold attributes
 //   store                 the finished frame, by pixels
 //
 // With items (machine.timing=events) a tile has one for each patch that it draws, in the order of drawing, and the
-// machine's warps with the compiled clocks of shaders that interpolate attributes. Its lists, and what they lead to, are
-// read as one stream that begins with the tile; vertices that are shaded in tiles read heights through the L2, as warps
-// read texels.
+// machine's warps with the compiled clocks of shaders that interpolate attributes. Its lists and the data that they
+// reference are read as one stream that begins with the tile; vertices that are shaded in tiles read heights through
+// the L2, as warps read texels.
 //
-// Immediate: the front end, then batches of what is drawn one behind the other (a patch in a tile, as many as make a tile
-// of samples), each on one core: vertices and set-up of the patch with its first tile, then as above; colour and depth
-// move as its cache misses; it shades what it draws, at the machine's lookups per invocation of that tile. Then
-// the resolve, tile by tile.
+// Immediate machines run the front end, then batches of drawn patches in sequence (a patch in a tile, joined up to a
+// tile of samples), each on one core. Vertices and set-up of a patch come with its first tile, then the steps above.
+// Colour and depth move as the cache misses. All drawn pixels are shaded, with as many lookups per invocation as the
+// machine makes in that tile. Then the resolve follows, tile by tile.
 //
-// In favour of all of them: nothing is sorted; overlaps that miss cost the binner nothing; what packed positions, strips
-// and runs of bits take to be decoded costs nothing; lists are read ahead however long they are. Against them: a position
-// takes the time of a whole vertex.
+// Simplifications in favour of all schemes: no sorting; overlap tests that miss cost the binner nothing; decoding of
+// packed positions, strips and runs of bits is free; lists are read ahead at any length. One goes against them: a
+// position takes the time of a whole vertex.
 //
 // Invariants (cited by the tests):
 //   BW1  A scheme's work moves its baseline.dram_bytes and baseline.texture_bytes, no more and no less.
-//   BW2  Tiled schemes shade, blend and resolve what the machine does.
-//   BW3  Items of a tile add up to its events, and past the L2 move what it moves but for textures.
+//   BW2  Tiled schemes have the machine's shading, blending and resolving.
+//   BW3  The items of a tile add up to its events, and move its bytes past the L2 except for textures.
 class SchemeWork {
  public:
-  // All must outlive it. `drawn`: hits and depth by tile.
+  // All arguments must outlive the object. `drawn`: hits and depth by tile.
   SchemeWork(const gpu::GpuConfiguration& gpu, const tilecore::TileJob& job, const MachineWork& machine,
              const GeometryCounts& geometry, const ImmediateFrame& drawn);
 
-  // `bins`: the grid that the scheme's lists follow. A bin's list is spread over the machine's tiles in it, evenly: cores
-  // work on a bin together.
+  // `bins`: the grid of the scheme's lists. A bin's list is spread evenly over the machine's tiles in it: cores work on a bin together.
   timing::FrameWork tiled(const BaselineCounters& scheme, const FrontWork& front, std::span<const ListWork> lists,
                           const binner::TileGrid& bins) const;
-  // `moved`: the scheme's, as ImmediateRun has it.
+  // `moved`: the scheme's traffic, see ImmediateRun::moved.
   timing::FrameWork immediate(const BaselineCounters& scheme, std::span<const ImmediateTraffic> moved) const;
   std::uint64_t immediate_texture_bytes() const;
   // Bytes of the textures of all tiles.
   std::uint64_t texture_bytes() const;
 
  private:
-  // Sums over the rounds of the machine, by tile.
+  // The machine's work in a tile, summed over its rounds.
   struct OwnTile {
     timing::TileWork work;
     std::vector<std::uint32_t> drawn;  // ImmediateFrame::order, in this tile
@@ -106,10 +105,10 @@ class SchemeWork {
   // Shaders of a drawable's triangles.
   struct Shaders {
     timing::WarpItem pixel;
-    hardware::ShaderCost place, whole;  // of a vertex: where it is; and what pixels interpolate
+    hardware::ShaderCost place, whole;  // of a vertex: position alone, and with the outputs that pixels interpolate
     bool masks = false, displaced = false;
   };
-  // The part of the machine's work in a tile that falls to a patch which is drawn there, or to the environment behind.
+  // The part of the machine's work in a tile that belongs to one drawn patch, or to the environment behind.
   struct DrawnShare {
     std::uint64_t texels, decoded_texels, l2_lines, visibility_bytes, shading_bytes, alpha_tests, texel_lines,
         alpha_lines;
@@ -127,12 +126,12 @@ class SchemeWork {
   const Shaders& shaders_of(std::uint32_t patch) const { return shaders_[job_.frame->assembly->patch_drawable[patch]]; }
   void shade_before(const FrontWork& front, timing::WorkRound& round) const;
   timing::SubPatchItem tests_of(const DrawnInTile& drawn) const;
-  // Vertices that are shaded with an item.
+  // Adds vertices that are shaded with an item.
   void shade_vertices(std::uint32_t patch, std::uint64_t vertices, timing::TileItems& items,
                       timing::SubPatchItem& item) const;
   void add_items(const ListWork& list, const OwnTile& own, Draw out) const;
   timing::GeometryWork hull_stage(const BaselineCounters& scheme) const;
-  // Elements of a patch's record that its vertices take, besides what the hull stage decoded to bound it.
+  // Elements of a patch's record that its vertices need, besides the ones that the hull stage decoded to bound it.
   std::uint64_t decoded_for_vertices(std::uint32_t patch) const;
   std::vector<ListWork> spread(std::span<const ListWork> lists, const binner::TileGrid& bins) const;
   std::vector<TileShares> shares() const;  // by tile
@@ -140,7 +139,7 @@ class SchemeWork {
                    std::vector<TileShares>& shares, timing::WorkRound& round) const;
   static void add_lookups(const DrawnShare& share, timing::TileWork& work);
   void add_warps(const DrawnInTile& drawn, const DrawnShare& share, TileShares& tile, Draw out) const;
-  // Samples of a tile that see the environment, drawn where nothing else was.
+  // Adds samples of a tile that see the environment, where no patch was drawn.
   void add_background(const OwnTile& own, TileShares& tile, Draw out) const;
   std::vector<std::uint64_t> by_pixels(std::uint64_t bytes) const;
 
@@ -154,13 +153,13 @@ class SchemeWork {
   std::vector<Shaders> shaders_;  // by drawable
   std::vector<binner::TileIndex> order_;
   std::vector<OwnTile> own_;
-  std::uint64_t samples_;  // of a pixel
+  std::uint64_t samples_;  // samples of a pixel
 };
 
-// Before the tiles of a scheme: its lists in `buffer`, and `geometry_bytes` of records and attributes.
+// Work before the tiles of a scheme with lists in `buffer` and `geometry_bytes` of records and attributes.
 FrontWork front_work(const BaselineCounters& scheme, const TriangleBuffer& buffer, std::uint64_t geometry_bytes);
 
-// The counters of a scheme with lists, from those of its binner. `attributes`: bytes of them that are read before.
+// The counters of a scheme with lists, from its binner's. `attributes`: bytes of attributes that are read before.
 template <class Binner>
 BaselineCounters list_counters(const Binner& binner, const DrawnPass& drawn, const BaselineCounters& geometry,
                                std::uint64_t attributes) {
@@ -173,7 +172,7 @@ BaselineCounters list_counters(const Binner& binner, const DrawnPass& drawn, con
   return out;
 }
 
-// Times the work, from empty caches, and prices it: baseline.cycles, baseline.energy_nj.
+// Times the work from empty caches and prices it: baseline.cycles, baseline.energy_nj.
 void set_cost(const gpu::GpuConfiguration& gpu, const timing::FrameWork& work, BaselineCounters& out);
 
 }  // namespace tessera::baselines

@@ -8,7 +8,7 @@
 namespace tessera::baselines {
 namespace {
 
-// i / n as a fraction of 32 bits; the last one is rounded down.
+// i / n as a fraction of 32 bits; 1 is rounded down to the largest fraction.
 std::uint32_t fraction(int i, int n) {
   return static_cast<std::uint32_t>(std::min<std::uint64_t>(
       (static_cast<std::uint64_t>(i) << 32) / static_cast<std::uint64_t>(n), ~std::uint32_t{0}));

@@ -52,7 +52,7 @@ class CollectingSink final : public tilecore::HitSink {
   std::vector<Hit> all;
 };
 
-// Linear light as a display's 8 bits, which is what the colour surface of such a machine holds.
+// Linear light in 8 bits of a display, the format of such a machine's colour surface.
 std::uint32_t packed(const tilecore::ShadedPoint& point) {
   const auto byte = [](float linear) {
     const float c = std::clamp(linear, 0.0f, 1.0f);
@@ -63,7 +63,7 @@ std::uint32_t packed(const tilecore::ShadedPoint& point) {
          static_cast<std::uint32_t>(std::lround(std::clamp(point.alpha, 0.0f, 1.0f) * 255)) << 24;
 }
 
-// Depth, and the farthest of each block of 8x8 pixels.
+// Depths of samples, and the farthest depth of each block of 8x8 pixels.
 class DepthBlocks {
  public:
   DepthBlocks(IntRect pixels, int samples_per_pixel)
@@ -92,7 +92,7 @@ class DepthBlocks {
     return farthest_[block];
   }
 
-  // In the end, of each block, row by row.
+  // The farthest depths in the end, block by block, row by row.
   std::vector<float> all_farthest() {
     for (std::size_t block = 0; block < farthest_.size(); ++block) farthest(block);
     return farthest_;
@@ -184,7 +184,7 @@ class Drawing {
     std::uint32_t point;
   };
 
-  // Whether the triangle lies behind all samples of the blocks that it touches, block by block: kept hits stay.
+  // Drops hits block by block where the triangle lies behind all samples of a block; returns the remaining hits.
   std::span<Hit> cull_blocks(std::span<Hit> hits) {
     nearest_.clear();
     for (const Hit& hit : hits) {
@@ -245,7 +245,7 @@ class Drawing {
     add_touches(blends);
   }
 
-  // Joins the samples of a line, and of those the ones with the same colour.
+  // Joins the samples of a line, and within it the samples of the same colour.
   void add_touches(bool blends) {
     std::stable_sort(touched_.begin(), touched_.end(), [](const SampleTouch& a, const SampleTouch& b) {
       return std::tie(a.line, a.point) < std::tie(b.line, b.point);
@@ -271,7 +271,7 @@ class Drawing {
   int spp_;
   const SampleLayout& layout_;
   tilecore::AlphaTest alpha_test_;
-  const scene::PosedDrawable* masked_ = nullptr;  // whose alpha it tests
+  const scene::PosedDrawable* masked_ = nullptr;  // drawable whose alpha it tests
   DepthBlocks blocks_;
   std::uint64_t tested_ = 0;
   std::vector<std::uint64_t> seen_;

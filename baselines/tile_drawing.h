@@ -13,20 +13,20 @@
 
 namespace tessera::baselines {
 
-// Where the samples of a frame are in the memory of an immediate-mode machine: 4 bytes of depth and 4 of colour each,
-// in surfaces of lines of one burst that hold a rectangle of pixels as square as may be (64 bytes, 4 samples: 2x2
-// pixels). Pixels with more samples than a line holds have several.
+// Addresses of the samples of a frame in the memory of an immediate-mode machine. Each sample has 4 bytes of depth
+// and 4 of colour. Surfaces consist of lines of one burst that hold a rectangle of pixels as square as possible (64
+// bytes, 4 samples: 2x2 pixels). Pixels with more samples than a line holds take several lines.
 class SampleLayout {
  public:
   SampleLayout(IntRect region, int samples_per_pixel, std::uint64_t burst_bytes);
 
   std::uint32_t line_count() const { return line_count_; }
-  // Pixels of the frame, inside the region.
+  // Line of a sample; the pixel must be inside the region.
   std::uint32_t line(int x, int y, int sample) const {
     const int column = (x - region_.x0) / width_, row = (y - region_.y0) / height_;
     return static_cast<std::uint32_t>((row * columns_ + column) * lines_per_pixel_ + sample / samples_per_line_);
   }
-  // Where in its line a sample is.
+  // Place of a sample in its line.
   std::uint32_t place(int x, int y, int sample) const {
     const int column = (x - region_.x0) % width_, row = (y - region_.y0) % height_;
     return static_cast<std::uint32_t>((row * width_ + column) * samples_per_pixel_ + sample % samples_per_line_);
@@ -41,9 +41,8 @@ class SampleLayout {
 };
 
 // The memory of an immediate-mode machine behind a colour and depth cache (LRU, lines of one burst). Depth is read
-// before it is tested; colour is read only to blend, as lines have a mask of the bytes that changed; a line that was
-// never written back is known to be clear and is not read. At the end samples are resolved, which reads all colour that
-// was drawn.
+// before it is tested. Colour is read only to blend, as lines have a mask of changed bytes. A line that was never
+// written back is known to be clear and is not read. At the end samples are resolved, which reads all drawn colour.
 //
 // Configured by baselines.cache_bytes, memory.burst_bytes.
 class ImmediateMemory {
@@ -54,8 +53,8 @@ class ImmediateMemory {
         in_memory_(std::size_t{2} * line_count, false),
         drawn_(line_count, false) {}
 
-  // A triangle touches samples of a line; `passes`: some are in front of what was drawn before. Blended ones change no
-  // depth.
+  // Draws a triangle on the samples of a line. `passes`: some of them are in front of the depth drawn so far. Blended
+  // triangles change no depth.
   void draw(std::uint32_t line, bool passes, bool blends) {
     use(2 * line, true, passes && !blends);
     if (!passes) return;
@@ -63,7 +62,7 @@ class ImmediateMemory {
     drawn_[line] = true;
   }
 
-  // Writes back what is on chip; `resolve` reads the colour first.
+  // Writes back the cache; `resolve` reads the colour first.
   void finish(bool resolve);
 
   std::uint64_t bytes_read() const { return bytes_read_; }
@@ -89,39 +88,40 @@ class ImmediateMemory {
 // Samples of a line that take the colour of a pixel-shader invocation.
 struct ColorWrite {
   std::uint64_t samples;  // bit k: sample k of the line
-  std::uint32_t point;    // of the tile's colours
+  std::uint32_t point;    // index in the tile's colours
 };
 
-// A triangle on a line of samples; `passes`: some are in front of what was drawn before.
+// A triangle on a line of samples; `passes`: some of them are in front of the depth drawn so far.
 struct LineTouch {
   std::uint32_t line;
   bool passes, blends;
-  std::uint32_t first_write, write_count;  // in the tile's writes
+  std::uint32_t first_write, write_count;  // range in the tile's writes
 };
 
 // The touches of one base patch in one tile.
 struct DrawnInTile {
   std::uint32_t patch = 0, tile = 0;
-  std::size_t begin = 0, end = 0;  // in the tile's touches
+  std::size_t begin = 0, end = 0;  // range in the tile's touches
   std::uint64_t hits = 0;          // samples in its triangles
-  std::uint64_t depth_tests = 0;   // of them, those that hierarchical depth left
+  std::uint64_t depth_tests = 0;   // samples that hierarchical depth left to test
   std::uint64_t invocations = 0, blended = 0;
-  std::uint64_t blocks_scanned = 0;  // whose farthest depth was found again
-  // Work of a core's visibility units on the patch, before hierarchical depth drops any of it.
+  std::uint64_t blocks_scanned = 0;  // blocks whose farthest depth was computed again
+  // The patch's work of a core's visibility units, before hierarchical depth drops any of it.
   timing::SubPatchItem tests;
 };
 
-// What drawing in submission order does to the samples of one tile, and what they see in the end.
+// The changes to the samples of one tile when triangles are drawn in submission order, and the triangles visible in the end.
 //
-//   triangle -> hierarchical depth: blocks of 8x8 pixels all of whose samples are nearer -> samples in front of what was
-//   drawn before -> one pixel-shader invocation per pixel and triangle
+//   triangle -> hierarchical depth drops blocks of 8x8 pixels whose samples are all nearer -> samples in front of the depth
+//   drawn so far -> one pixel-shader invocation per pixel and triangle
 struct TileDrawing {
   std::vector<DrawnInTile> drawn;
   std::vector<LineTouch> touches;
   std::vector<ColorWrite> writes;
-  std::vector<std::uint32_t> colors;   // RGBA8, by point
-  std::uint64_t blocks_culled = 0;     // pairs of a triangle and a block
-  std::vector<float> farthest;         // in the end, of each block, row by row; infinity: a sample sees the environment
+  std::vector<std::uint32_t> colors;  // RGBA8, by point
+  std::uint64_t blocks_culled = 0;    // pairs of a triangle and a block
+  std::vector<float>
+      farthest;  // farthest depth of each block in the end, row by row; infinity if a sample sees the environment
   std::vector<std::uint64_t> visible;  // see VisibleTriangles
 };
 
@@ -131,8 +131,8 @@ struct TileDrawer {
   tilecore::PixelShader shader;
 };
 
-// `entries`: of the tile, cut and ordered in any way. Hits are exact, also where motion and defocus scatter them.
-// `colors` false: no pixel is shaded, colours stay empty; `point` still numbers invocations.
+// Draws one tile. `entries`: entries of the tile, cut and ordered in any way. Hits are exact, also where motion and
+// defocus scatter them. With `colors` false no pixel is shaded and colours stay empty; `point` still numbers invocations.
 TileDrawing draw_tile(const tilecore::TileJob& job, std::uint32_t tile, std::vector<binner::ListEntry> entries,
                       const SampleLayout& layout, bool colors, TileDrawer& drawer, std::uint64_t& invocations);
 

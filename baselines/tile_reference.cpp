@@ -6,7 +6,7 @@
 namespace tessera::baselines {
 namespace {
 
-constexpr std::size_t kMax = 64;  // of a count in 6 bits
+constexpr std::size_t kMax = 64;  // largest count in 6 bits
 
 std::vector<std::uint8_t> runs_of(const std::bitset<kBlockTriangles>& triangles, std::size_t count) {
   std::vector<std::uint8_t> runs;

@@ -11,12 +11,12 @@
 
 namespace tessera::baselines {
 
-// What a tile's list says of a block: where it is, and which of its triangles touch the tile.
+// A tile's reference to a block: the block's address, and its triangles that touch the tile.
 //
-//   address in units of kBlockAlignment, less that of the tile's reference before: 7 bits a byte, lowest first, the top
-//     bit set on all but the last
-//   a byte: bits 0..5 n, bits 6..7 the form of what follows, whichever takes the fewest bytes
-//     0  all triangles: nothing
+//   address in units of kBlockAlignment, less the address of the tile's reference before: 7 bits a byte, lowest first, the
+//     top bit set on all but the last
+//   a byte: bits 0..5 n, bits 6..7 the form of the set, whichever takes the fewest bytes
+//     0  all triangles: no bytes
 //     1  a mask: one bit per triangle of the block, in whole bytes
 //     2  a list: n+1 bytes, each the distance from the number before, less one
 //     3  runs: n+1 pairs of bytes: triangles left out, triangles taken
@@ -30,7 +30,7 @@ inline constexpr std::uint64_t kBlockAlignment = 16;
 // Appends the byte and the form of a set of triangles, at least one, out of `count`.
 void encode_triangles(const std::bitset<kBlockTriangles>& triangles, std::size_t count, std::vector<std::uint8_t>& out);
 
-// Reads it, at `at`, which then is behind it.
+// Reads such a set at `at`, and moves `at` behind it.
 inline std::bitset<kBlockTriangles> decode_triangles(std::span<const std::uint8_t> bytes, std::size_t count,
                                                      std::size_t& at) {
   const std::size_t n = (bytes[at] & 63u) + std::size_t{1};
@@ -57,8 +57,8 @@ inline std::bitset<kBlockTriangles> decode_triangles(std::span<const std::uint8_
   return triangles;
 }
 
-// Appends the bytes of a reference to a block of `count` triangles. `before`: address of the tile's reference before, 0
-// for the first; references of a tile come in rising addresses. At least one triangle is set.
+// Appends the bytes of a reference to a block of `count` triangles. `before`: address of the tile's previous
+// reference, 0 for the first; references of a tile come in rising addresses. At least one triangle must be set.
 void encode_reference(const TileReference& reference, std::size_t count, std::uint64_t before,
                       std::vector<std::uint8_t>& out);
 

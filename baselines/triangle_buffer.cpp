@@ -58,7 +58,7 @@ void TriangleBuffer::append(binner::TileIndex tile, std::span<const std::uint8_t
   lists_.append(
       tile, bytes, 0, [&] { return add_chunk(); },
       [&](std::uint64_t address, std::uint64_t count) { writes_.add(address, count); });
-  // One note for each burst of growth is exact enough: rounds are far longer.
+  // One record for each burst of growth is exact enough: rounds are far longer.
   if (grew_at_[tile] / burst_bytes_ != memory_.size() / burst_bytes_) growth_.push_back({memory_.size(), tile});
   grew_at_[tile] = memory_.size();
 }

@@ -18,7 +18,7 @@ class BurstBytes {
  public:
   explicit BurstBytes(std::uint64_t burst_bytes) : burst_bytes_(burst_bytes) {}
   void add(std::uint64_t address, std::uint64_t bytes);
-  // Those at an address and behind it, a multiple of the burst.
+  // Sum of the bytes at and after an address, which must be a multiple of the burst.
   std::uint64_t from(std::uint64_t address) const;
 
  private:
@@ -28,10 +28,9 @@ class BurstBytes {
 
 // The parameter buffer of a machine that bins triangles: blocks of triangles, and a list of bytes per tile.
 //
-// Memory layout: what TileLists has at the start, then, in the order in which they are asked for, chunks of
-// parameter_buffer.chunk_bytes on whole bursts and blocks aligned to kBlockAlignment. Lists are those of our machine,
-// chunks, links, cursors, ends and all, behind the same write combiner; what their writer notes fits a cursor's word [in
-// their favour]. It never refuses: see overflows().
+// Memory layout: the fixed part of TileLists; then, in the order of requests, chunks of parameter_buffer.chunk_bytes on whole
+// bursts, and blocks aligned to kBlockAlignment. Lists are built as in this machine (chunks, links, cursors, ends), behind the
+// same write combiner; the writer's state fits a cursor's word [in their favour]. The buffer never refuses: see overflows().
 //
 // Invariants (cited by the tests):
 //   TB1  A list's bytes come back in the order in which they were appended.
@@ -40,26 +39,26 @@ class TriangleBuffer {
  public:
   TriangleBuffer(const gpu::GpuConfiguration& gpu, binner::TileIndex tile_count);
 
-  // Where the next block will be.
+  // Address of the next block.
   std::uint64_t next_block() const;
-  // Writes a block there and returns its address.
+  // Writes a block at next_block() and returns its address.
   std::uint64_t store_block(std::span<const std::uint8_t> bytes);
   // Adds bytes to a tile's list.
   void append(binner::TileIndex tile, std::span<const std::uint8_t> bytes);
   void finish();
 
-  // Bytes of a tile's list. Bursts go to `ledger` as tilecore / tile_queue, payload to `bytes_read` and, unless null, to
-  // `reads`.
+  // Reads a tile's list. Bursts are charged to `ledger` as tilecore / tile_queue; payload is added to `bytes_read`
+  // and, unless nullptr, to `reads`.
   std::vector<std::uint8_t> read_list(binner::TileIndex tile, memory::Ledger& ledger, std::uint64_t& bytes_read,
                                       BurstBytes* reads = nullptr) const;
   std::span<const std::uint8_t> memory() const { return memory_; }
 
   std::uint64_t bytes_in_use() const { return memory_.size(); }
   std::uint64_t bytes_written() const { return block_bytes_ + lists_.content_bytes(); }
-  // How often a buffer of parameter_buffer.bytes ran full and another was taken.
+  // Number of times that a buffer of parameter_buffer.bytes ran full and another was taken.
   std::uint64_t overflows() const { return bytes_in_use() == 0 ? 0 : (bytes_in_use() - 1) / capacity_; }
   const memory::Ledger& ledger() const { return ledger_; }
-  // `reads`: all that was read. `state_bytes`: of each tile.
+  // `reads`: all bytes that were read. `state_bytes`: bytes of each tile.
   BufferPressure pressure(const BurstBytes& reads, std::span<const std::uint64_t> state_bytes) const;
 
  private:
@@ -70,7 +69,7 @@ class TriangleBuffer {
   std::vector<std::uint8_t> memory_;
   BurstBytes writes_;
   std::vector<Growth> growth_;
-  std::vector<std::uint64_t> grew_at_;  // by tile: where its last growth was noted
+  std::vector<std::uint64_t> grew_at_;  // by tile: size at which its last growth was recorded
   std::uint64_t block_bytes_ = 0;
   memory::Ledger ledger_;
   binner::WriteCombiner combiner_;

@@ -6,18 +6,18 @@
 
 namespace tessera::baselines {
 
-// Three vertices at key 0, then at key 1, where they move.
+// Three vertices at key 0, and, if they move, at key 1.
 struct TriangleSetup::Corners {
   std::array<double, 6> x{}, y{}, z{}, coc{};
   std::size_t count = 3;
-  double grow = 0;  // TS1, with what the tile core's rounding may add
+  double grow = 0;  // TS1, plus the rounding of the tile core
   double coc_spread = 0;
 };
 
 namespace {
 
-// The hull of `count` points against a rectangle: separated by an edge of the hull or not. The rectangle's own sides
-// were tested before.
+// Tests the hull of `count` points against a rectangle: an edge of the hull separates them or not. The rectangle's
+// own sides were tested before.
 bool hull_touches(const std::array<double, 6>& x, const std::array<double, 6>& y, std::size_t count, double x0,
                   double y0, double x1, double y1) {
   for (std::size_t i = 0; i < count; ++i)
@@ -94,7 +94,7 @@ int TriangleSetup::facing(const Corners& c) const {
   return sign;
 }
 
-// Tiles at the border reach farther than what is drawn.
+// Tiles at the border extend beyond the drawn region.
 bool TriangleSetup::outside_region(const frontend::ScreenBounds& bounds) const {
   const IntRect& region = grid_.region();
   return bounds.x1 < static_cast<float>(region.x0) || bounds.y1 < static_cast<float>(region.y0) ||

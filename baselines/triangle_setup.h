@@ -13,18 +13,18 @@
 
 namespace tessera::baselines {
 
-// Culling decides this of a triangle.
+// Result of culling for one triangle.
 enum class TriangleFate : std::uint8_t { kKept, kZeroArea, kBackface, kFrustum };
 
-// Counts one in the counter of its fate.
+// Counts one triangle in the counter of its fate.
 void count(TriangleFate fate, BaselineCounters& counters);
 
 // The triangles of a patch that culling leaves, with the tiles that they may touch.
 struct TriangleList {
   struct Triangle {
     std::array<std::uint32_t, 3> vertex;
-    std::uint32_t number;     // in TessellatedPatch::triangles
-    std::uint32_t tiles_end;  // in `tiles`; they begin where those of the triangle before end
+    std::uint32_t number;     // number in TessellatedPatch::triangles
+    std::uint32_t tiles_end;  // end of its range in `tiles`, which begins at the end of the triangle before
   };
   std::vector<Triangle> triangles;
   std::vector<binner::TileIndex> tiles;
@@ -32,27 +32,26 @@ struct TriangleList {
   std::vector<TriangleFate> fates;        // of TessellatedPatch::triangles
 };
 
-// Culls and covers triangles as the fixed-function stages after the domain shader do, for motion and defocus too.
+// Culls triangles and finds their tiles as the fixed-function stages after the domain shader do, with motion and defocus.
 //
 // Rules:
-//   TS1  Where a triangle may be drawn: within `grow` pixels of the hull of its vertices at both motion keys (vertices move
-//        straight), grow being the largest circle of confusion of a vertex at a key. Its tiles are found as those of
+//   TS1  Extent: a triangle may be drawn within `grow` pixels of the hull of its vertices at both motion keys (vertices move
+//        straight), where `grow` is the largest circle of confusion of a vertex at a key. Its tiles are found as for
 //        sub-patches: closed rectangle, then edges.
-//   TS2  Outside: no pixel of a tile that is drawn, or all of it beyond the depth range.
-//   TS3  Facing: the area is linear in each vertex's own progress from key to key and in its own shift by the lens, so
-//        its sign is that of the eight combinations of keys when all of them exceed what the lens can change.
-//   TS4  Triangles with a vertex that is not projected keep the rectangle of what lies in front of the near plane, and
-//        both sides.
+//   TS2  Outside: it touches no pixel of a drawn tile, or lies completely beyond the depth range.
+//   TS3  Facing: the area is linear in each vertex's own progress from key to key and in its own shift by the lens. So its
+//        sign is the common sign of the eight combinations of keys if all of them exceed the largest change by the lens.
+//   TS4  A triangle with a vertex that is not projected keeps the rectangle of its part in front of the near plane, and both
+//        sides.
 class TriangleSetup {
  public:
   TriangleSetup(const binner::TileGrid& grid, const scene::Projection& projection)
       : grid_(grid), projection_(projection) {}
 
-  // Thread-safe, as extent() is.
+  // Thread-safe, like extent().
   TriangleList run(const TessellatedPatch& patch, BaselineCounters& counters) const;
 
-  // The rectangle in which triangles of these vertices may be drawn (TS1), and their least depth; nothing where one of
-  // them is not projected.
+  // The rectangle in which triangles of these vertices may be drawn (TS1), and their least depth; empty if one of them is not projected.
   std::optional<frontend::ScreenBounds> extent(const TessellatedPatch& patch,
                                                std::span<const std::uint32_t> vertices) const;
 

@@ -5,23 +5,22 @@
 
 namespace tessera::baselines {
 
-// Sides of the bins of a machine whose tile memory holds `gmem_bytes`: multiples of 32 pixels [spec: a6xx, Mesa], so few
-// that each holds colour and depth (4 bytes each) of its samples, then as square as may be. At least 32x32, as with
-// fewer bytes no bin would fit.
+// Size of the bins of a machine whose tile memory holds `gmem_bytes`: multiples of 32 pixels [spec: a6xx, Mesa].
+// There are as few bins as possible while each fits colour and depth (4 bytes each) of its samples, and they are as
+// square as possible. At least 32x32, as with fewer bytes no bin would fit.
 struct BinSize {
   int width, height;
 };
 BinSize bin_size(const IntRect& region, int samples_per_pixel, std::uint64_t gmem_bytes);
 
 // A machine whose binning pass leaves one bit per triangle and bin; each bin reads and shades again the geometry that
-// its bits name [spec: Adreno, VSC and GMEM; assumed: how bits are coded].
+// its bits name [spec: Adreno, VSC and GMEM; assumed: the coding of the bits].
 //
-// A bin's stream: numbers (7 bits a byte), how many triangles are left out, how many are visible, and so on, of all
-// triangles of patches that the hull stage keeps, in the order of drawing. Triangles behind the last visible one are not
-// coded.
+// A bin's stream has numbers (7 bits a byte) that alternate: triangles left out, triangles visible. They cover all
+// triangles of patches that the hull stage keeps, in the order of drawing, up to the last visible one.
 //
 // Invariants (cited by the tests):
-//   VS1  The stream of a bin names the triangles that setup keeps and that may touch it, and no other.
+//   VS1  The stream of a bin names exactly the triangles that setup keeps and that may touch the bin.
 //   VS2  Each bin shades each vertex of its triangles once, and no other.
 class VisibilityStreamBinner {
  public:
@@ -34,8 +33,8 @@ class VisibilityStreamBinner {
 
  private:
   struct Stream {
-    std::uint64_t coded = 0;           // triangles before it are in the list
-    std::uint64_t begin = 0, end = 0;  // visible, not yet in the list
+    std::uint64_t coded = 0;           // triangles before this one are in the list
+    std::uint64_t begin = 0, end = 0;  // visible run that is not yet in the list
   };
   void put_run(binner::TileIndex bin);
 

@@ -7,12 +7,13 @@
 namespace tessera::binner {
 namespace {
 
-// As far as the tile core is concerned: its kernels do not move what the front end found still.
+// Whether the sub-patch moves for the tile core, whose kernels do not move a sub-patch that the front end found at
+// rest.
 bool moves(const scene::FrameGeometry& frame, const frontend::BoundedSubPatch& sub_patch) {
   return (sub_patch.effects & frontend::kEffectMotion) != 0 && frame.drawable_of(sub_patch.base_patch).moving;
 }
 
-// `frame`: the one by which the sub-patch moves.
+// `frame`: the frame of the segment by which the sub-patch moves.
 ListEntry make_entry(const scene::FrameGeometry& frame, const frontend::BoundedSubPatch& sub_patch) {
   const scene::PosedDrawable& drawable = frame.drawable_of(sub_patch.base_patch);
   ListEntry entry;

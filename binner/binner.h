@@ -22,23 +22,23 @@ class Binner {
         coverage_(spec.binner),
         buffer_(spec, hierarchy_.queue_count()) {}
 
-  // Where binning stands: the next sub-patch, and how many of its entries are written.
+  // The cursor of binning: the next sub-patch, and how many of its entries are written.
   struct Cursor {
     std::size_t sub_patch = 0;
     std::uint32_t entry = 0;
   };
 
-  // Bins from the cursor on, which stands at the beginning for sub-patches that were not passed before. True: all are
-  // binned; false: the buffer is full.
+  // Bins from the cursor on; for sub-patches that were not passed before, the caller sets it to the beginning. Returns
+  // true when all sub-patches are binned, false when the buffer is full.
   [[nodiscard]] bool run(const scene::FrameGeometry& frame, std::span<const frontend::BoundedSubPatch> sub_patches,
                          Cursor& cursor);
 
-  // What a tile has to render: its own queue and those of the groups around it. See ParameterBuffer::read_queue. How many
-  // cells a whole patch has, its own record says.
+  // The entries that a tile renders: its own list and the lists of the groups around it (ParameterBuffer::read_queue).
+  // The cell count of a whole patch comes from the patch's own record.
   std::vector<ListEntry> read_tile(const scene::FrameGeometry& frame, TileIndex tile, memory::Ledger& ledger,
                                    std::uint64_t& bytes_read) const;
 
-  // After a partial render: empty queues, same counters.
+  // Empties the lists after a partial render; the counters stay.
   void reset() { buffer_.reset(); }
 
   const TileGrid& grid() const { return grid_; }
@@ -46,12 +46,12 @@ class Binner {
   const ParameterBuffer& buffer() const { return buffer_; }
 
  private:
-  // Where the entries of one sub-patch go, and what coverage counted for it.
+  // Destinations of the entries of one sub-patch, and the tiles that coverage counted for it.
   struct Placed {
     std::vector<ListLevels::Placement> placements;
     std::uint64_t covered, dropped;
   };
-  // Sub-patches whose coverage is found at once, by all threads; entries are then written in order.
+  // All threads compute the coverage of this many sub-patches at once; their entries are then written in order.
   static constexpr std::size_t kAhead = 2048;
 
   void compute_coverage_batch(const scene::FrameGeometry& frame, std::span<const frontend::BoundedSubPatch> sub_patches,
@@ -62,7 +62,7 @@ class Binner {
   ListLevels hierarchy_;
   TileCoverageUnit coverage_;  // each thread works with a copy
   ParameterBuffer buffer_;
-  std::size_t ahead_first_ = 0;  // of the sub-patches in ahead_
+  std::size_t ahead_first_ = 0;  // sub-patch number of ahead_[0]
   std::vector<Placed> ahead_;
 };
 

@@ -11,10 +11,10 @@ struct Blocks {
 };
 
 Blocks blocks_of(float low, float high, int side) {
-  constexpr double kFarAway = 1 << 24;  // of what has no place among an int's pixels
+  constexpr double kFarAway = 1 << 24;  // beyond it a coordinate does not fit an int: the range is unlimited
   const double from = static_cast<double>(low) / side, to = static_cast<double>(high) / side;
   if (!(from > -kFarAway && to < kFarAway && to - from < BlockRange::kAny)) return {};
-  // Bounds are closed: those that begin on a block's edge touch the block before.
+  // Bounds are closed: bounds that begin on a block's edge also touch the block before it.
   const int first = static_cast<int>(std::ceil(from)) - 1, last = static_cast<int>(std::floor(to));
   if (last - first >= BlockRange::kAny) return {};
   return {static_cast<std::uint8_t>(first & (BlockRange::kPeriod - 1)), static_cast<std::uint8_t>(last - first)};

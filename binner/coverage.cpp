@@ -10,7 +10,7 @@ namespace {
 using Point = std::array<double, 2>;
 using Points = std::array<Point, 16>;
 
-// > 0 where c lies left of the way from a to b.
+// > 0 if c lies left of the directed line from a to b.
 double turn(const Point& a, const Point& b, const Point& c) {
   return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
 }
@@ -26,7 +26,7 @@ std::size_t convex_hull(const Points& sorted, std::array<Point, 33>& hull) {
   for (const Point& p : sorted) add(p, 0);
   const std::size_t lower = count - 1;
   for (std::size_t i = sorted.size() - 1; i-- > 0;) add(sorted[i], lower);
-  return count - 1;  // the last is the first again
+  return count - 1;  // the last corner repeats the first
 }
 
 }  // namespace
@@ -51,7 +51,7 @@ ExactCoverage::ExactCoverage(const MovingBody& body, const TileGrid& grid) : gri
 
 void ExactCoverage::add_edge(double x, double y, const Points& points, double grow, double size) {
   if (x == 0 || y == 0) return;  // COV2; also edges of no length
-  // Any direction gives a valid test, because the offset is that of the farthest of all points, not of the edge's ends.
+  // Any direction gives a valid test: the offset comes from the farthest of all points, not from the ends of the edge.
   double farthest = -std::numeric_limits<double>::infinity();
   for (const Point& p : points) farthest = std::max(farthest, x * p[0] + y * p[1]);
   // A dot product is off by 3 roundings of terms up to (|x| + |y|) * size, a projected corner by one: below 2^-50 of

@@ -8,14 +8,14 @@
 
 namespace tessera::binner {
 
-// Coverage looks at where a sub-patch may appear, and the corners of its moving box in raster space.
+// The input of coverage: the screen bounds of a sub-patch, and the corners of its moving box in raster space.
 struct MovingBody {
   frontend::ScreenBounds bounds;
   frontend::MovingCorners corners;
 };
 
-// Whether all 16 corners of the moving box have finite projections in front of the camera, so that their hull, and what
-// follows from it at single times, exists. False for bodies that cross the near plane and for NaN.
+// True if all 16 corners of the moving box have finite projections in front of the camera, so that their convex hull
+// exists, at single times as well. False for bodies that cross the near plane and for NaN.
 inline bool has_hull(const MovingBody& body) {
   if (body.bounds.crosses_near) return false;
   for (const DVec4& p : body.corners)
@@ -30,7 +30,7 @@ inline bool has_hull(const MovingBody& body) {
 // Rules:
 //   COV1  Closed: a tile that is only touched is covered, as for the rectangle.
 //   COV2  Only edges are tested. The sides of the tile are the rectangle's test, which comes first: TileGrid::covered.
-//   COV3  Of bodies without a hull (has_hull) every tile is touched.
+//   COV3  A body without a hull (has_hull) touches every tile.
 //
 // Built once per sub-patch; a test costs two multiplications per edge.
 class ExactCoverage {
@@ -42,7 +42,7 @@ class ExactCoverage {
  private:
   void add_edge(double x, double y, const std::array<std::array<double, 2>, 16>& points, double grow, double size);
 
-  // A tile is missed when x * middle_x + y * middle_y > limit, its middle in tiles of the grid.
+  // A tile is missed when x * middle_x + y * middle_y > limit; its middle is measured in tiles of the grid.
   struct Edge {
     double x, y, limit;
   };

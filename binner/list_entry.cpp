@@ -25,7 +25,7 @@ void put64(std::uint8_t* at, std::uint64_t value) {
   put32(at + 4, static_cast<std::uint32_t>(value >> 32));
 }
 
-// A field of a word, from the lowest bit on.
+// A bit field of a word: its lowest bit and its width.
 struct Field {
   int at, width;
 
@@ -35,8 +35,8 @@ struct Field {
   std::uint64_t put(std::uint64_t value) const { return value << at; }
 };
 constexpr int kDepthBitsLeftOut = 15;
-constexpr Field kLateSegment{0, 12};           // of a depth, in records of segments that their field has no room for
-constexpr std::uint64_t kSegmentInDepth = 31;  // what the field says then
+constexpr Field kLateSegment{0, 12};           // of near_depth: the segment when the segment field is too small
+constexpr std::uint64_t kSegmentInDepth = 31;  // value of the segment field then
 
 // The only word of the short form.
 namespace whole {

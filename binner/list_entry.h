@@ -9,29 +9,29 @@
 
 namespace tessera::binner {
 
-// What a tile core needs to fetch, order and cull a sub-patch without touching the patch: the sub-patch's record in the
-// table, and from the tile's list when it may touch the tile.
+// Everything a tile core needs to fetch, order and cull a sub-patch without reading the patch: the sub-patch's record
+// in the table, and the times from the tile's list.
 struct ListEntry {
   enum Flag : std::uint8_t { kMoving = 1, kAlphaMask = 2, kBlended = 4, kDefocused = 8, kDisplaced = 16 };
-  // Of an entry that nobody looked at: the tile core leaves out only what the scene has not.
+  // The flags of an entry whose effects nothing has analysed: the tile core omits only effects that the scene lacks.
   static constexpr std::uint8_t kEveryEffect = kMoving | kAlphaMask | kBlended | kDefocused | kDisplaced;
 
   std::uint32_t base_patch = 0;
   scene::CellRange range;
-  bool whole = false;  // all cells of the patch: its record leaves the range out where its fields fit
+  bool whole = false;  // all cells of the patch; the short record then omits the range
   float near_depth = 0;
   std::uint8_t t0 = 0, t1 = 255;
   std::uint8_t flags = kEveryEffect;
   std::uint16_t segment = 0;  // FrameGeometry::segment()
-  std::uint16_t lists = 0;    // that hold it; kManyLists stands for as many and more
-  BlockRange blocks;          // that it may touch
+  std::uint16_t lists = 0;    // number of lists that hold it; kManyLists: as many or more
+  BlockRange blocks;          // blocks of pixels that it may touch
   std::uint32_t record = 0;   // number in the sub-patch table: its address there over kSlotBytes
 
   bool operator==(const ListEntry&) const = default;
 };
 
-// A record of the sub-patch table, little endian, as binner/README.md has both forms in tables, which a test reads. Of a
-// whole patch: 64 bits, where its fields fit, and which moves by the whole shutter's frame.
+// A record of the sub-patch table, little endian. Tables of binner/README.md, which a test reads, describe both forms.
+// The short form is 64 bits: a whole patch that moves by the whole shutter's frame and whose fields fit.
 //
 //   bits    field         form
 //   0..23   base_patch
@@ -41,19 +41,19 @@ struct ListEntry {
 //   49..62  blocks        first column and row, 4 bits each; more columns and rows, 3 each; they are not wide
 //   63      1
 //
-// Of anything else: 16 bytes, aligned to 16.
+// Every other record takes 16 bytes, aligned to 16.
 //
 //   bytes   field         form
 //   0..3    base_patch    u32
 //   4..7    range         i0, j0, i1, j1: 7 bits each from bit 0 on
 //           more rows     3 bits, of blocks; then a bit 0
-//   8..11   near_depth    float; 0 for what is not positive
+//   8..11   near_depth    float; 0 if the depth is not positive
 //   12..13  flags         5 bits, kMoving ...: the effects that the sub-patch's kernels need
 //           blocks        first column and row, 4 bits each; more columns, 3
-//   14..15  segment       5 bits, of motion by which it moves, times being 1/256 of that; 0: of the whole shutter. 31:
-//                         the lower 12 bits of near_depth hold it, and the upper 20 the float, rounded to be nearer
+//   14..15  segment       5 bits: the motion segment, in which a time code is 1/256; 0: the whole shutter. 31:
+//                         the lower 12 bits of near_depth hold the segment, the upper 20 the float, rounded nearer
 //           wide          1 bit, of blocks
-//           lists         10 bits, that it was put into: kManyLists stands for as many and more
+//           lists         10 bits: number of lists that hold it; kManyLists: as many or more
 inline constexpr std::size_t kSlotBytes = 8, kRecordBytes = 16;
 inline constexpr std::uint16_t kManyLists = 1023;
 
@@ -64,11 +64,11 @@ struct PackedRecord {
   std::span<const std::uint8_t> used() const { return std::span(bytes).first(size); }
 };
 
-// Times and number are not in the record. A field that does not fit is a broken invariant.
+// The record holds neither the times nor its own number. A field that does not fit is a broken invariant.
 PackedRecord pack_record(const ListEntry& sub_patch);
-// Of the record that begins there: all of it is in `bytes`.
+// Decodes the record at the start of `bytes`, which must hold all of it.
 ListEntry unpack_record(std::span<const std::uint8_t> bytes);
-// Makes a record say that fewer lists hold it: it keeps its form.
+// Lowers the number of lists in a record; the record keeps its form.
 void lower_lists(std::span<std::uint8_t> record, std::uint16_t lists);
 
 }  // namespace tessera::binner

@@ -90,7 +90,7 @@ bool ParameterBuffer::append_entry(const ListLevels::Placement& placement, const
       record != nullptr ? number * std::uint64_t{kSlotBytes} + record->size : table_.size();
   if (bytes_with(chunks, table_bytes) > capacity_) {
     if (!spill_) return false;
-    // What is in the buffer stays there; the rest of a burst of records is.
+    // Content already in the buffer stays there, and records complete the burst that they have begun.
     spilled_from_ = std::min(spilled_from_, layout().end() + chunks_ * layout().chunk_bytes);
     records_spilled_from_ = std::min(records_spilled_from_, round_up(table_.size(), burst_bytes_));
   }
@@ -120,7 +120,7 @@ bool ParameterBuffer::append(const ListEntry& sub_patch, std::span<const ListLev
   PackedRecord record = pack_record(named);
   for (; next < placements.size(); ++next) {
     if (append_entry(placements[next], next == first ? &record : nullptr)) continue;
-    if (next > first) {  // the record said that all would take it
+    if (next > first) {  // the record named all lists, but not all took it
       lower_lists(std::span(record.bytes).first(record.size),
                   static_cast<std::uint16_t>(std::min<std::size_t>(next - first, kMost)));
       write_record(last_record_, record.used());

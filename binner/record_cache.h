@@ -8,8 +8,7 @@
 
 namespace tessera::binner {
 
-// Bursts of the sub-patch table on chip, between it and all tile cores; the least recently used leaves first. Tiles use
-// it in emulated order.
+// An on-chip LRU cache of bursts of the sub-patch table, shared by all tile cores. Tiles use it in emulated order.
 //
 // Contract: every burst that is fetched is in the ledger, under tilecore / tile_queue.
 class RecordCache {
@@ -21,7 +20,7 @@ class RecordCache {
         burst_bytes_(static_cast<std::uint64_t>(spec.burst_bytes)),
         cache_(static_cast<std::uint64_t>(capacity_bytes)) {}
 
-  // A tile core reads a record: no record is longer than a burst, nor in two. Bytes fetched; `log` may be null.
+  // A tile core reads a record, which never crosses a burst. Returns the bytes fetched; `log` may be null.
   std::uint64_t read(std::uint32_t record, memory::AccessLog* log) {
     const std::uint64_t burst = record * std::uint64_t{kSlotBytes} / burst_bytes_;
     if (cache_.use(static_cast<std::uint32_t>(burst), burst_bytes_)) return 0;

@@ -6,32 +6,33 @@
 
 namespace tessera::binner {
 
-// Tiles that get an entry.
+// Choice of the tiles that get an entry.
 enum class CoverageMethod : std::uint8_t {
-  kRectangle,  // all of the bounding rectangle
-  kExact,      // those that the moving box itself may touch
+  kRectangle,  // all tiles of the bounding rectangle
+  kExact,      // tiles that the moving box itself may touch
 };
 
-// What a full parameter buffer leads to.
+// Reaction to a full parameter buffer.
 enum class FullPolicy : std::uint8_t {
-  kPartialRender,  // what is queued is rendered
-  kSpill,          // queues go on in an overflow area
+  kPartialRender,  // renders the sub-patches binned so far
+  kSpill,          // continues the lists in an overflow area
 };
 
 // Keys binner.*.
 struct Settings {
   CoverageMethod coverage = CoverageMethod::kExact;
   bool time_intervals = true;
-  int time_segments = 1;                // 0: by blur length over primitive size
-  int queue_levels = 1;                 // queues of single tiles, of 2x2, 4x4 ... tiles
+  int time_segments = 1;                // 0: chosen from blur length over primitive size
+  int queue_levels = 1;                 // lists of single tiles, of 2x2, 4x4 ... tiles
   std::int64_t combining_bursts = 256;  // write-combining lines in front of the parameter buffer
 };
 Keys<Settings> settings_keys();
 
-// Keys tile.*: pixels, multiples of 8; what becomes of tiles that are as they were.
+// Keys tile.*: size in pixels, multiples of 8; whether tiles with unchanged inputs are skipped.
 struct TileSize {
   int width = 32, height = 32;
   bool rendering_elimination = false;
+  bool fit = false;  // width and height follow from the tile memory (gpu/tile_memory.h)
 };
 Keys<TileSize> tile_keys();
 
@@ -44,7 +45,7 @@ struct ParameterBufferSettings {
 };
 Keys<ParameterBufferSettings> parameter_buffer_keys();
 
-// The binner with its parameter buffer and the memory's burst.
+// Settings of the binner and its parameter buffer, and the memory's burst.
 struct BinnerSpec {
   Settings binner;
   ParameterBufferSettings parameter_buffer;

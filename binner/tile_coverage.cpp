@@ -17,7 +17,7 @@ const TileCoverage& TileCoverageUnit::cover(const MovingBody& body, bool moving,
   c.times.assign(count, TimeInterval{});
   c.covered = count;
   c.dropped_exact = c.dropped_time = 0;
-  // Inside one tile there is nothing to drop; where the rectangle leaves the frame there might be, but rarely.
+  // A rectangle inside one tile has nothing to drop; one that leaves the frame might have, but rarely.
   if (exact_ && count > 1) apply_exact(body, grid);
   if (moving && count > 0 && has_hull(body)) {
     if (time_intervals_) apply_intervals(body, grid);

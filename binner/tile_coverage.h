@@ -9,13 +9,13 @@
 
 namespace tessera::binner {
 
-// What of the bounding rectangle is left, and when. Row by row; a tile that is not covered has an empty interval.
+// The covered tiles of the bounding rectangle and their times, row by row; an uncovered tile has an empty interval.
 struct TileCoverage {
-  IntRect tiles;                    // columns and rows of the grid: the bounding rectangle's
-  std::vector<TimeInterval> times;  // one per tile of it
+  IntRect tiles;                    // bounding rectangle, in columns and rows of the grid
+  std::vector<TimeInterval> times;  // one per tile of the rectangle
   std::uint64_t covered = 0;        // tiles with times
-  std::uint64_t dropped_exact = 0;  // that the hull of the moving box misses
-  std::uint64_t dropped_time = 0;   // that it touches, but at no time
+  std::uint64_t dropped_exact = 0;  // tiles that the hull of the moving box misses
+  std::uint64_t dropped_time = 0;   // tiles that the hull touches, but at no time
 
   const TimeInterval& at(int column, int row) const { return times[tiles.index(column, row)]; }
 };

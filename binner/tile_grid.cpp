@@ -30,7 +30,7 @@ IntRect TileGrid::pixels(TileIndex tile) const {
 }
 
 IntRect TileGrid::covered(const frontend::ScreenBounds& b) const {
-  // Columns are clamped to one beyond the grid on each side, so that what lies outside gives an empty range.
+  // Columns are clamped to one beyond the grid on each side, so that a bound outside gives an empty range.
   const auto first = [](float low, int size, int begin, int end) {
     // Closed on the inner side: a bound that starts on a tile's left edge also touches the tile before it.
     const int tile = tile_of(low, size, begin - 1, end);

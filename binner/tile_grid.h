@@ -10,8 +10,8 @@ namespace tessera::binner {
 using TileIndex = std::uint32_t;
 
 // The frame cut into tiles, row by row from the top left. Tiles at the right and bottom edge may reach past the frame;
-// their rectangles are cut to it. With a region only the tiles that it touches exist, and their rectangles are cut to
-// the region; pixel coordinates stay those of the whole frame.
+// their rectangles are cut to it. With a region only the tiles that touch it exist, and their rectangles are cut to the
+// region; pixel coordinates still count from the frame's corner.
 class TileGrid {
  public:
   TileGrid(int frame_width, int frame_height, int tile_width, int tile_height, IntRect region);
@@ -24,8 +24,8 @@ class TileGrid {
   int tile_width() const { return tile_width_; }
   int tile_height() const { return tile_height_; }
 
-  // Where a column or row of this grid begins, in pixels of the frame; that of the next is where it ends. Whole tiles,
-  // not cut to the frame or the region.
+  // First pixel of a column or row of this grid, in the frame; it ends where the next begins. Tiles are whole here, not
+  // cut to the frame or the region.
   int column_edge(int column) const { return (tiles_.x0 + column) * tile_width_; }
   int row_edge(int row) const { return (tiles_.y0 + row) * tile_height_; }
   const IntRect& region() const { return region_; }

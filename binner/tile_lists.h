@@ -15,21 +15,21 @@ namespace tessera::binner {
 
 using QueueIndex = std::uint32_t;
 
-// Lists of bytes, one for each tile or group of tiles, in chunks of a buffer that their owner hands out.
+// Lists of bytes, one for each tile or group of tiles, in chunks of a buffer that the lists' owner allocates.
 //
 // From address 0 on, each part rounded to bursts:
 //   a bit per list, lowest first: the list has bytes. The tile scheduler reads them all before it hands out tiles.
-//   a cursor of 8 bytes per list: where its next byte goes (36 bits), and a word of its writer's (28 bits). Tile cores
+//   a cursor of 8 bytes per list: the address of its next byte (36 bits), and a note of its writer (28 bits). Tile cores
 //     do not read it.
 //   a first chunk per list: its number gives its address
-//   what the owner hands out, among it further chunks
+//   areas that the owner allocates, further chunks among them
 // The last 4 bytes of a chunk are a link: address of the next one over 16, or 0. The bytes of a list run on from chunk to
 // chunk. Behind the last stands a byte 0, or where the chunk ends there the link 0.
 //
 // Invariants (cited by the tests):
 //   LI1  A list's bytes come back in the order in which they were appended, and no other list's.
 //   LI2  A list ends: its codes never begin with a byte 0, or its reader knows by other means.
-//   LI3  content_bytes() are those that tile cores can read, cursors and bits: each once, however often it changed.
+//   LI3  content_bytes() counts the bytes that tile cores can read, cursors and bits: each once, however often it changed.
 class TileLists {
  public:
   static constexpr std::uint64_t kCursorBytes = 8, kLinkBytes = 4, kEndBytes = 1, kAddressUnit = 16;
@@ -42,11 +42,11 @@ class TileLists {
     std::uint64_t bit_bytes() const { return (std::uint64_t{lists} + 7) / 8; }
     std::uint64_t cursors_at() const { return round_up(bit_bytes(), burst_bytes); }
     std::uint64_t first_chunks_at() const { return cursors_at() + round_up(lists * kCursorBytes, burst_bytes); }
-    // Where what the owner hands out begins.
+    // The first address of the owner's areas.
     std::uint64_t end() const { return first_chunks_at() + round_up(lists * first_chunk_bytes, burst_bytes); }
   };
 
-  // `memory` is as long as what was handed out. Call reset() first.
+  // `memory` is as long as the allocated areas. Call reset() first.
   TileLists(const Layout& layout, std::vector<std::uint8_t>& memory, WriteCombiner& combiner)
       : layout_(layout), memory_(memory), combiner_(combiner) {}
   TileLists(const TileLists&) = delete;
@@ -62,18 +62,18 @@ class TileLists {
 
   const Layout& layout() const { return layout_; }
   bool empty(QueueIndex list) const { return cursors_[list].at == 0; }
-  // The writer's word: 0 in an empty list.
+  // The writer's note; 0 in an empty list.
   std::uint32_t note(QueueIndex list) const { return cursors_[list].note; }
   std::uint64_t content_bytes() const { return content_bytes_; }
 
-  // Further chunks that this many bytes need.
+  // Number of further chunks that this many bytes need.
   std::uint64_t chunks_needed(QueueIndex list, std::uint64_t bytes) const {
     const std::uint64_t room = empty(list) ? layout_.first_chunk_bytes - kLinkBytes : cursors_[list].room;
     return bytes <= room ? 0 : (bytes - room - 1) / (layout_.chunk_bytes - kLinkBytes) + 1;
   }
 
   // Adds bytes to a list and sets its note. `add_chunk()` returns the address of a fresh chunk; it is called
-  // chunks_needed() times. `wrote(address, bytes)` hears of bytes and links.
+  // chunks_needed() times. `wrote(address, bytes)` is called for bytes and links.
   template <class AddChunk, class Wrote>
   void append(QueueIndex list, std::span<const std::uint8_t> bytes, std::uint32_t note, const AddChunk& add_chunk,
               const Wrote& wrote) {
@@ -96,7 +96,7 @@ class TileLists {
       cursor.room -= here;
       bytes = bytes.subspan(here);
     }
-    // Overwritten by what comes next.
+    // The next append overwrites the end.
     const auto unheard = [](std::uint64_t, std::uint64_t) {};
     constexpr std::uint8_t kEnd = 0;
     if (cursor.room > 0)
@@ -109,8 +109,8 @@ class TileLists {
     combiner_.write(layout_.cursors_at() + list * kCursorBytes, kCursorBytes);
   }
 
-  // A list's bytes without its end. Calls read(address, bytes) for each piece that a tile core reads: nothing of an
-  // empty list, whose bit the tile scheduler knows.
+  // Returns a list's bytes without its end. Calls read(address, bytes) for each piece that a tile core reads: none for
+  // an empty list, which the tile scheduler knows from its bit.
   template <class Read>
   std::vector<std::uint8_t> read(QueueIndex list, const Read& read) const {
     std::vector<std::uint8_t> out;
@@ -132,8 +132,8 @@ class TileLists {
 
  private:
   struct Cursor {
-    std::uint64_t at = 0;    // of the next byte; 0: the list is empty
-    std::uint64_t room = 0;  // up to the link
+    std::uint64_t at = 0;    // address of the next byte; 0: the list is empty
+    std::uint64_t room = 0;  // bytes up to the link
     std::uint32_t note = 0;
   };
   static std::uint64_t end_bytes(const Cursor& cursor) { return cursor.room > 0 ? kEndBytes : kLinkBytes; }
@@ -146,7 +146,7 @@ class TileLists {
     combiner_.read(list / 8, 1);
     if (cursor.at != 0) {
       combiner_.read(layout_.cursors_at() + list * kCursorBytes, kCursorBytes);
-      content_bytes_ -= end_bytes(cursor);  // it moves on
+      content_bytes_ -= end_bytes(cursor);  // the end moves on
       return;
     }
     memory_[list / 8] = static_cast<std::uint8_t>(memory_[list / 8] | 1u << list % 8);

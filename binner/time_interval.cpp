@@ -11,7 +11,7 @@ struct SideDistance {
   double open = std::numeric_limits<double>::infinity(), close = std::numeric_limits<double>::infinity();
 };
 
-// Distances to the line at `edge`, outside being where sign * (X - edge) > 0.
+// Distances to the line at `edge`; outside means sign * (X - edge) > 0.
 SideDistance side_distance(const frontend::MovingCorners& corners, std::size_t axis, double edge, double sign) {
   SideDistance d;
   double size = 0;
@@ -30,11 +30,11 @@ SideDistance side_distance(const frontend::MovingCorners& corners, std::size_t a
   return d;
 }
 
-// Keeps of [low, high] the times at which the distance is not > 0. Comparisons are such that NaN keeps everything.
+// Narrows [low, high] to the times at which the distance is not > 0. The comparisons make NaN keep everything.
 void keep_touching(const SideDistance& d, double& low, double& high) {
   const bool open_outside = d.open > 0, close_outside = d.close > 0;
   if (open_outside && close_outside) {
-    high = -1;  // outside throughout
+    high = -1;  // outside at all times
   } else if (open_outside) {
     low = std::max(low, d.open / (d.open - d.close));
   } else if (close_outside) {
@@ -50,7 +50,7 @@ TimeInterval times_in_strip(const frontend::MovingCorners& corners, Axis axis, d
   keep_touching(side_distance(corners, a, high + grow, 1), first, last);
   keep_touching(side_distance(corners, a, low - grow, -1), first, last);
   if (first > last) return kNoTime;
-  // Rounded outwards, and one code more on each side, which is far beyond the rounding of the division.
+  // Rounded outwards, plus one code on each side, which is far beyond the rounding of the division.
   return {std::max(0, static_cast<int>(std::floor(first * 256)) - 1),
           std::min(255, static_cast<int>(std::floor(last * 256)) + 1)};
 }

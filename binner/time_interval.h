@@ -34,8 +34,8 @@ enum class Axis { kX, kY };
 // of the two boxes. (The line of each single corner would not: where a drawable deforms and turns at once, a vertex is
 // at different places of the box at the two motion keys.)
 //
-// `grow` widens the strip: pixels around the projections that hold everything drawn. Only for bodies of which
-// has_hull() is true.
+// `grow` widens the strip: everything drawn lies within this many pixels of the projections. The body must satisfy
+// has_hull().
 TimeInterval times_in_strip(const frontend::MovingCorners& corners, Axis axis, double low, double high, double grow);
 
 }  // namespace tessera::binner

@@ -30,8 +30,8 @@ double farthest(const frontend::MovingCorners& corners, int axis, double t, doub
   }
 }
 
-// What farthest() may fall short of: its differences round at the size of the largest of them, which counts in pixels
-// by the smallest w. A dozen roundings are far below 2^-44.
+// Bound on the error of farthest(): its differences round at the size of the largest of them, and the smallest w
+// converts it to pixels. A dozen roundings are far below 2^-44.
 double rounding_slack(const frontend::MovingCorners& corners) {
   double size = 0, w_low = std::numeric_limits<double>::infinity(), w_high = 0;
   for (const DVec4& p : corners) {
@@ -42,7 +42,7 @@ double rounding_slack(const frontend::MovingCorners& corners) {
   return size * (w_high / w_low) * 0x1p-44;
 }
 
-// Rectangle of both boxes, `grow` wider; one more float outwards covers the conversion.
+// Rectangle of both boxes, widened by `grow`; one more float outwards covers the conversion.
 frontend::ScreenBounds bounds_of(const ScreenBox& a, const ScreenBox& b, double grow) {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   const auto down = [&](double v) { return std::nextafter(static_cast<float>(v - grow), -kInfinity); };

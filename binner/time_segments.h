@@ -22,21 +22,21 @@ class TimeSegments {
   int count() const { return count_; }
   TimeInterval times(int column, int row) const;
 
-  // Blur length over primitive size: how many times its own larger side (or that of a tile, if larger) the box's centre
-  // travels on screen, rounded up; 1 to kMax.
+  // Blur length over primitive size: the distance that the box's centre travels on screen, in units of the box's larger
+  // side (or the tile's, if larger), rounded up; 1 to kMax.
   static int chosen_count(const MovingBody& body, const TileGrid& grid);
 
  private:
   struct Segment {
     TimeInterval codes;
-    IntRect tiles;  // of the grid
+    IntRect tiles;  // columns and rows of the grid
   };
   int count_ = 1;
   std::array<Segment, kMax> segments_;
 };
 
-// Rectangle around the projections of the moving box at time `t`: of (1-t) p + t q for *all* points p of the box at key
-// 0 and q of the box at key 1. Only for bodies of which has_hull() is true.
+// Rectangle around the projections of the moving box at time `t`, which covers (1-t) p + t q for *all* points p of the
+// box at key 0 and q of the box at key 1. The body must satisfy has_hull().
 struct ScreenBox {
   double x0, y0, x1, y1;
 };

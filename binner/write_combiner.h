@@ -8,9 +8,9 @@
 
 namespace tessera::binner {
 
-// On-chip lines of one burst each between the binner and memory (least recently used is evicted). Neighbouring writes
-// meet in a line and leave it as one burst; a line that left before and is written again leaves again. Reading a line
-// that is not on chip fetches its burst.
+// On-chip lines of one burst each between the binner and memory; the least recently used line is evicted. Neighbouring
+// writes meet in a line and leave as one burst; a line that is written again after its eviction leaves again. Reading a
+// line that is not on chip fetches its burst.
 //
 // Contract: every burst that leaves or enters is in the ledger when it does, under binner / tile_queue.
 class WriteCombiner {

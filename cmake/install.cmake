@@ -1,8 +1,8 @@
-# `cmake --install`: program with its manual page, completion and JSON schemas, library, headers, CMake package, Python module; `cpack` makes a
-# Debian package of them.
+# `cmake --install` installs the program with its manual page, completion and JSON schemas, the library, headers,
+# CMake package and Python module; `cpack` makes a Debian package of them.
 include(CMakePackageConfigHelpers)
 
-# First of all, what is missing is built, so that nothing is half installed: `./tessera` builds the program alone.
+# The install step first builds missing targets, as `./tessera` builds the program alone; so nothing is half installed.
 set(installed_targets tessera tessera_shared)
 if(TESSERA_PYTHON)
   list(APPEND installed_targets tessera_python)
@@ -27,7 +27,7 @@ install(CODE "
 ")
 
 install(TARGETS tessera RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-# Where Debian's zsh looks; other systems: -DTESSERA_ZSH_FOLDER=share/zsh/site-functions.
+# Debian's zsh looks for completions here; other systems set -DTESSERA_ZSH_FOLDER=share/zsh/site-functions.
 set(TESSERA_ZSH_FOLDER ${CMAKE_INSTALL_DATAROOTDIR}/zsh/vendor-completions CACHE PATH "Completion of zsh, below the prefix")
 install(FILES ${printed_folder}/tessera.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
 install(FILES ${printed_folder}/tessera DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/bash-completion/completions)

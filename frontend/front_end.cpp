@@ -74,8 +74,8 @@ HeightTableCache make_fetches(const FrontEndSpec& spec) {
       {kTableCacheBytes, kTableCacheWays, static_cast<std::int64_t>(spec.burst_bytes), kCachedRecords});
 }
 
-// The L2 as the front end has it: empty at first, and to itself, for tiles begin when all is binned. Records, and what blocks
-// of patches miss in their own caches, go through it in order.
+// The L2 during the front end: empty at first and used by nothing else, as tiles begin when binning ends. Records, and
+// the lines that blocks of patches miss in their own caches, go through it in order.
 class FrontEndL2 {
  public:
   FrontEndL2(const scene::FrameGeometry& frame, const FrontEndSpec& spec)
@@ -114,7 +114,7 @@ class FrontEndL2 {
   memory::LineCache cache_;
 };
 
-// Sub-patches of base patches, without what `depth`, unless null, hides. Charges and counts into `all`.
+// Splits base patches, without the sub-patches that `depth`, unless null, hides. Charges and counts into `all`.
 std::vector<BoundedSubPatch> split_runs(const scene::FrameGeometry& frame, const std::vector<PatchRun>& runs,
                                         const PyramidLibrary& pyramids, const FrontEndSpec& spec,
                                         const CoarseDepth* depth, FrontEndL2& l2, scene::MemoryBudget* budget,
@@ -125,7 +125,8 @@ std::vector<BoundedSubPatch> split_runs(const scene::FrameGeometry& frame, const
   };
   const std::vector<PatchRun> blocks = cut(runs);
   PerThread<Counts> counts;
-  // Blocks of patches in parallel, joined in order; not all at once, so that what is too much is noticed early.
+  // Blocks of patches run in parallel and are joined in order; not all at once, so that an excess of sub-patches is
+  // noticed early.
   struct Pieces {
     std::vector<BoundedSubPatch> sub_patches;
     std::vector<std::uint32_t> table_lines;
@@ -173,7 +174,8 @@ void count(const PatchCulling& culling, FrontEndResult& all) {
   all.ledger += culling.ledger;
 }
 
-// What moves by one frame's poses: by those of the whole shutter or of a segment. Counts and charges into `all`.
+// The sub-patches and deferred candidates of drawables that move by one frame's poses, the whole shutter's or a
+// segment's.
 struct Part {
   std::vector<BoundedSubPatch> sub_patches;
   std::vector<OcclusionCandidate> deferred;
@@ -191,7 +193,7 @@ Part run_part(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids,
   return part;
 }
 
-// The patches of what was deferred of one frame's poses and is not hidden, but for groups among them that are. Each
+// The patches of deferred candidates that `depth` does not hide, without the groups among them that it hides. Each
 // instance's record is read again.
 std::vector<PatchRun> patches_again(const scene::FrameGeometry& frame, const std::vector<OcclusionCandidate>& visible,
                                     const PyramidLibrary& pyramids, const FrontEndSpec& spec, const CoarseDepth& depth,

@@ -20,7 +20,7 @@ double reach(float low, float high) {
   return std::max(std::abs(static_cast<double>(low)), std::abs(static_cast<double>(high)));
 }
 
-// Where a group's instances have the box, in node space.
+// Box that holds the mesh's box as placed by every instance of the group, in node space.
 MovingBox placed_box(const InstanceGroup& group, const MovingBox& box) {
   MovingBox placed = empty_box(box.axes);
   for (std::size_t key = 0; key < 2; ++key)
@@ -52,7 +52,7 @@ double placed_reach(const InstanceGroup& group, double object_reach) {
   return largest;
 }
 
-// Whether the frame's poses are those that any of the node's instances moves by.
+// Whether any of the node's instances moves by this frame's poses.
 bool any_moves_here(const FrameGeometry& frame, const InstancedNode& node) {
   if (frame.part.whole() && frame.segments.empty()) return true;
   const auto* first = &frame.drawables[node.first_drawable];

@@ -9,8 +9,8 @@
 
 namespace tessera::frontend {
 
-// What a guess hid, kept in memory until the frame's own depths say whether it was right: a group of base patches
-// (scene/cluster_bounds.h) or an instance, neither of them looked into.
+// A group of base patches (scene/cluster_bounds.h) or an instance that a guess hid. It is kept in memory, unopened,
+// until the frame's own depths show whether the guess was right.
 struct OcclusionCandidate {
   enum Kind : std::uint8_t { kGroup, kInstance };
 
@@ -23,7 +23,7 @@ struct OcclusionCandidate {
   bool operator==(const OcclusionCandidate&) const = default;
 };
 
-// Records of it, one behind the other, 16 bytes each, little endian:
+// Packed records, back to back, 16 bytes each, little endian:
 //
 //   bits     field
 //   0..31    number
@@ -58,7 +58,7 @@ template <>
 inline constexpr auto kCounterFields<frontend::PreviousDepthCounters> = std::to_array<
     CounterField<frontend::PreviousDepthCounters>>({
     {"frontend.depth_blocks_reprojected", &frontend::PreviousDepthCounters::blocks_reprojected, Combine::kSum, "blocks",
-     "Blocks of the previous frame's farthest depths that were put where the view at hand has them.", ""},
+     "Blocks of the previous frame's farthest depths that were reprojected into the view of this frame.", ""},
     {"frontend.depth_blocks_tested", &frontend::PreviousDepthCounters::blocks_tested, Combine::kSum, "blocks",
      "Blocks whose farthest depth was compared with the nearest one of an instance, a group or a sub-patch, in both "
      "passes.",
@@ -68,9 +68,10 @@ inline constexpr auto kCounterFields<frontend::PreviousDepthCounters> = std::to_
     {"frontend.patches_culled_previous_depth", &frontend::PreviousDepthCounters::patches_culled, Combine::kSum,
      "patches", "Base patches of these groups and instances: their records were not read.", ""},
     {"frontend.deferred_bytes", &frontend::PreviousDepthCounters::deferred_bytes, Combine::kSum, "bytes",
-     "Bytes of the records of what was deferred, written once and read once, before rounding to bursts.", ""},
+     "Bytes of the records of deferred groups and instances, written once and read once, before rounding to bursts.",
+     ""},
     {"frontend.second_pass_tiles", &frontend::PreviousDepthCounters::tiles_again, Combine::kSum, "tiles",
-     "Tiles that were rendered again because something deferred may be visible there.", ""},
+     "Tiles that were rendered again because a deferred group or instance may be visible there.", ""},
 });
 TESSERA_COUNTERS_COVER(frontend::PreviousDepthCounters);
 

@@ -32,13 +32,13 @@ class GroupWalk {
         out_(out) {}
 
   void run() { test(groups_.levels.size() - 1, 0, groups_.levels.back().size()); }
-  // What is in the group that begins with a patch.
+  // Tests the content of the group that begins with `first_patch`.
   void run_group(std::size_t level, std::uint32_t first_patch) {
     below(level, static_cast<std::size_t>((first_patch - drawable_.drawable->first_patch) / span(level)));
   }
 
  private:
-  // Boxes [first, end) of a level, which lie together.
+  // Boxes [first, end) of a level, which are contiguous.
   void test(std::size_t level, std::size_t first, std::size_t end) {
     const std::vector<PatchGroups::Box>& boxes = groups_.levels[level];
     out_.ledger.read(

@@ -13,16 +13,16 @@
 namespace tessera::frontend {
 
 // Patches of drawables whose vertices rest are tested in groups (scene/cluster_bounds.h) before any of their records is
-// fetched: what is far outside the view costs the logarithm of its patches.
+// fetched: a drawable far outside the view costs the logarithm of its patches.
 //
 // Invariants (cited by the tests):
-//   PC1  What is dropped appears nowhere in the frame: a group's body holds every vertex that the machine computes of
+//   PC1  A dropped patch appears nowhere in the frame: a group's body holds every vertex that the machine computes of
 //        its patches, at both motion keys.
-//   PC2  The boxes of a group lie together: reading them is one record, testing each is counted. Those below a group
+//   PC2  The boxes of a group are contiguous: reading them is one record, testing each is counted. The boxes below a group
 //        that is outside are neither read nor tested.
 //   PC3  Patches that stay keep their order.
 
-// [assumed] A box of six floats, and what precedes those of one group: their number and where those below lie.
+// [assumed] A box of six floats, and the header of a group's boxes: their number and the address of the boxes below.
 inline constexpr std::uint64_t kPatchGroupBoxBytes = sizeof(scene::PatchGroups::Box), kPatchGroupHeaderBytes = 8;
 
 struct PatchGroupCounters {
@@ -35,15 +35,14 @@ struct PatchRun {
   std::uint32_t first, end;
 };
 
-// The groups' hierarchy of a drawable as this frame poses it; null where its vertices do not rest, or are few.
+// The hierarchy of patch groups of a drawable as this frame poses it; null if its vertices do not rest or are few.
 const scene::PatchGroups* resting_groups(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable);
 
-// A group's box where the drawable has it, displaced by up to `offset`.
+// A group's box in the drawable's object space, displaced by up to `offset`.
 MovingBox group_box(const scene::PatchGroups::Box& box, double offset);
 
-// Depths behind which nothing is seen: a guess, or null. What they hide is deferred.
-//
-// What is left of the drawables' patches, in order. `drawables`: their numbers, rising.
+// Culls the patches of `drawables`, rising numbers. `read` holds the remaining patches, in order. Groups that `depth`,
+// a guess unless null, hides are deferred.
 struct PatchCulling {
   std::vector<PatchRun> read;
   std::vector<OcclusionCandidate> deferred;
@@ -54,11 +53,11 @@ struct PatchCulling {
 PatchCulling cull_patches(const scene::FrameGeometry& frame, const std::vector<std::uint32_t>& drawables,
                           const PyramidLibrary& pyramids, const FrontEndSpec& spec, const CoarseDepth* depth = nullptr);
 
-// Base patches of a group that was deferred.
+// Number of base patches of a deferred group.
 std::uint64_t group_patches(const scene::FrameGeometry& frame, const OcclusionCandidate& group);
 
-// What is left of a group that was deferred, when `depth` is the frame's own: what that hides is dropped. Its box stays
-// out of it: that was tested.
+// The remaining patches of a deferred group; `depth` is the frame's own, and the groups that it hides are dropped. The
+// group's own box is not tested again.
 PatchCulling cull_group(const scene::FrameGeometry& frame, const OcclusionCandidate& group,
                         const PyramidLibrary& pyramids, const FrontEndSpec& spec, const CoarseDepth& depth);
 
@@ -76,8 +75,7 @@ inline constexpr auto kCounterFields<frontend::PatchGroupCounters> =
          "read.",
          ""},
         {"frontend.patches_culled_in_groups", &frontend::PatchGroupCounters::patches_culled, Combine::kSum, "patches",
-         "Base patches of groups outside the view; neither their records were read nor bounds of their own computed.",
-         ""},
+         "Base patches of groups outside the view; neither their records were read nor their own bounds computed.", ""},
     });
 TESSERA_COUNTERS_COVER(frontend::PatchGroupCounters);
 

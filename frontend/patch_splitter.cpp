@@ -36,8 +36,8 @@ double side_length2(const MovingCorners& corners, std::size_t axis_bit) {
   return longest;
 }
 
-// Longer side on screen of a moving box, the larger of both motion keys. What a sub-patch sweeps beyond that, by motion or by
-// its circle of confusion, its halves would sweep as well.
+// Longer side on screen of a moving box, the larger of both motion keys. The further area that a sub-patch sweeps, by
+// motion or by its circle of confusion, its halves would sweep as well.
 double extent_at_keys(const MovingCorners& corners) {
   double longest = 0;
   for (const std::size_t first : {std::size_t{0}, std::size_t{8}}) {
@@ -118,7 +118,7 @@ bool PatchSplitter::splits_along_u(const Node& node, bool mandatory) const {
   const scene::CellRange& r = node.piece.range;
   const int width = r.i1 - r.i0, height = r.j1 - r.j0;
   if (std::min(width, height) < 2 * kSmallestSide) return width > height;
-  // Where only one side is too long for a tile core, that one.
+  // If only one side is too long for a tile core, splits that side.
   if (mandatory && std::min(width, height) <= settings_.max_cells) return width > height;
   return side_length2(node.corners, 1) >= side_length2(node.corners, 2);
 }

@@ -16,7 +16,7 @@
 
 namespace tessera::frontend {
 
-// What became of the cells of the base patches. Cells count as the domain evaluations that a vertex per cell takes.
+// Counts of base patches, sub-patches and cells. A cell counts as one domain evaluation, as with one vertex per cell.
 struct FrontendCounters {
   std::uint64_t base_patches = 0;
   std::uint64_t bounds_computed = 0;
@@ -42,30 +42,31 @@ struct FrontendCounters {
   std::uint64_t elements_decoded = 0;
 };
 
-// A sub-patch as it goes to the binner: which cells, and where on screen they may appear.
+// A sub-patch as the binner gets it: its cells, and its bounds on screen.
 struct BoundedSubPatch {
   std::uint32_t base_patch;
   scene::CellRange range;
   ScreenBounds bounds;                         // over the whole shutter and lens
   MovingBox box;                               // in object space
   std::uint8_t effects = kAllSubPatchEffects;  // that its kernels need: bits of SubPatchEffect
-  std::uint16_t segment = 0;                   // of the frame by which it moves: FrameGeometry::segment()
+  std::uint16_t segment = 0;                   // FrameGeometry::segment() by whose frame it moves
 
-  // Of its moving box; bounds.grow pixels around their projections hold everything that is drawn. Computed each time:
-  // they take three times the room of the box, and a frame may have millions of sub-patches.
-  // `frame`: the whole shutter's.
+  // Corners of its moving box; everything drawn lies within bounds.grow pixels of their projections. Computed at each
+  // call: they take three times the room of the box, and a frame may have millions of sub-patches. `frame`: the whole
+  // shutter's.
   MovingCorners corners(const scene::FrameGeometry& frame) const {
     return box_corners(box, frame.segment(segment).drawable_of(base_patch).to_raster);
   }
 };
 
-// Splits base patches into sub-patches, best first by a priority queue, and culls on the way: what is dropped is never
-// split, bounded or binned again. A split halves the cells, at the longer side on screen; the tessellation itself never changes. Raises neither the invalid nor the divide-by-zero flag where its bounds do not. Scratch memory; one instance
-// per thread.
+// Splits base patches into sub-patches, best first by a priority queue, and culls on the way: a dropped part is never
+// split, bounded or binned again. A split halves the cells, at the longer side on screen; the tessellation itself never
+// changes. Raises neither the invalid nor the divide-by-zero flag if its bounds do not. Owns scratch memory; one
+// instance per thread.
 class PatchSplitter {
  public:
-  // Sub-patches that `depth`, unless null, hides are dropped unsplit: the frame's own. `fetches`, unless null, gets what
-  // bounding reads besides the patch.
+  // `depth`, unless null: the frame's own depths; the sub-patches that it hides are dropped unsplit. `fetches`, unless
+  // null, gets the reads of bounding besides the patch.
   PatchSplitter(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids, const FrontEndSpec& settings,
                 const CoarseDepth* depth = nullptr, HeightTableCache* fetches = nullptr)
       : frame_(frame),
@@ -80,23 +81,23 @@ class PatchSplitter {
 
   // Appends the sub-patches of one base patch.
   void split(std::uint32_t patch, std::vector<BoundedSubPatch>& out, FrontendCounters& counters);
-  // Blocks of `depth` that were looked at since the last call.
+  // Number of blocks of `depth` tested since the last call.
   std::uint64_t take_blocks_tested() { return std::exchange(blocks_tested_, 0); }
 
  private:
   using Halves = std::array<SiblingBound, 2>;
   struct Node {
-    double priority;  // of splitting; <= 0: none
+    double priority;  // of splitting; <= 0: it is not split
     std::uint32_t order;
     int depth;
     BoundedSubPatch piece;
     MovingCorners corners;
     Halves* halves;  // null: not bounded yet
   };
-  // Bounds and tests; nothing when culled. `bound`, unless null, is what bounding found already.
+  // Bounds and tests a range; nullopt when culled. `bound`, unless null, is a bound found before.
   std::optional<Node> visit(std::uint32_t patch, const scene::CellRange& range, const SiblingBound* bound, int depth,
                             FrontendCounters& counters);
-  // The halves of a node that is being split, bounded together with those of the node that is likely the next.
+  // The halves of a node that is being split, bounded together with the halves of the node that is likely the next.
   Halves* bound_halves(Node& node, bool mandatory, bool next_as_well);
   Halves* take_halves();
   void give_back(Halves* halves) { spare_.push_back(halves); }
@@ -112,7 +113,7 @@ class PatchSplitter {
   BackFaceTest back_face_;
   EffectSelector effects_;
   std::vector<Node> heap_;
-  std::deque<Halves> halves_;  // all that there are
+  std::deque<Halves> halves_;  // all pairs, in use or spare
   std::vector<Halves*> spare_;
   std::uint32_t visited_ = 0;
   std::uint64_t blocks_tested_ = 0;

@@ -7,8 +7,8 @@
 
 namespace tessera::frontend {
 
-// Where the records that the front end reads lie in memory, in lines: one behind the other, each from a line on, with room for
-// both motion keys where vertices may move.
+// Line numbers of the records that the front end reads. The records lie back to back, each begins a line, and each has
+// room for both motion keys if its vertices may move.
 class RecordLines {
  public:
   // Throws LimitError where the records have more than 2^31 lines.
@@ -19,10 +19,10 @@ class RecordLines {
   std::uint32_t end() const { return first_.back(); }
 
  private:
-  std::vector<std::uint32_t> first_;  // by record, and their end
+  std::vector<std::uint32_t> first_;  // by record; the last is the end of all
 };
 
-// A record that is read whole.
+// A record and the bytes of it that are read.
 struct RecordRead {
   std::uint32_t record;
   std::uint64_t bytes;

@@ -67,7 +67,7 @@ bool stays_still(const SubPatchBody& body, const scene::Projection& projection, 
       const DVec4 d = body.corners[k + kBodyCorners] - body.corners[k];
       way = std::max({way, std::abs(d[axis] - low * d.w), std::abs(d[axis] - high * d.w)});
     }
-    // Both motion keys' pixels are off by the transformation's rounding and by that of a quotient.
+    // The pixels of both motion keys are off by the rounding of the transformation and of a quotient.
     const double error = (position_error + farthest * w_error) / least_w + farthest * 0x1p-23;
     way += body.motion_margin.position + (farthest + outside) * body.motion_margin.w;
     if (!(way / least_w + 2 * error < still_pixels)) return false;
@@ -157,7 +157,8 @@ bool EffectSelector::may_fail_alpha(const SubPatchBounder& bounder) const {
     if (pyramid == nullptr) return true;
     Vec2 low = texcoord_low_, high = texcoord_high_;
     if (drawable_->drawable->kind == scene::Primitive::Kind::kBezierPatches) {
-      // Bilinear between the corners, as for displacement: the box of a range is that of its corners.
+      // Coordinates are bilinear between the corners, as for displacement: the box of a range is the box of its
+      // corners.
       const std::vector<Vec2>& texcoords =
           drawable_->primitive->vertices.texcoords[static_cast<std::size_t>(slot.texcoord)];
       const std::size_t first = std::size_t{16} * (patch_ - drawable_->drawable->first_patch);

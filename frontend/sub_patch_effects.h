@@ -8,7 +8,7 @@
 
 namespace tessera::frontend {
 
-// What code a sub-patch needs in a tile core; goes with it in its queue entries.
+// Effects whose code a sub-patch needs in a tile core; its record in the parameter buffer carries them.
 enum SubPatchEffect : std::uint8_t {
   kEffectMotion = 1,
   kEffectDefocus = 2,
@@ -18,9 +18,9 @@ enum SubPatchEffect : std::uint8_t {
 };
 inline constexpr std::uint8_t kAllSubPatchEffects = 31;
 
-// Decides which effects the code for a sub-patch needs. An effect is left out only where the code without it is certain
-// to find the same bits. Motion and defocus owe that to two rules that the tile core applies to single vertices, in
-// every kernel:
+// Decides which effects the code for a sub-patch needs. An effect is left out only if the code without it certainly
+// finds the same bits. For motion and defocus this relies on two rules that the tile core applies to single vertices,
+// in every kernel:
 //   a vertex that moves by no more than kStillPixels and kStillDepth does not move (project_vertices);
 //   a vertex whose circle of confusion is no larger than kSharpPixels is seen through the lens centre: see
 //     place_corner.
@@ -38,13 +38,13 @@ class EffectSelector {
       : frame_(frame), pyramids_(pyramids) {}
 
   void begin(std::uint32_t patch);
-  // Of the cells whose body `bounder` made last; `bounds` are those of that body.
+  // Chooses the effects of the cells whose body `bounder` made last; `bounds` are the bounds of that body.
   std::uint8_t select(const SubPatchBounder& bounder, const SubPatchBody& body, const ScreenBounds& bounds) const;
 
  private:
   bool moves(const SubPatchBody& body) const;
   bool may_fail_alpha(const SubPatchBounder& bounder) const;
-  // The vertices of the patch, and of those that own its boundary, differ between the keys.
+  // Whether vertices of the patch, or of the patches that own its boundary, differ between the keys.
   bool deforms(std::uint32_t patch) const;
 
   const scene::FrameGeometry& frame_;
@@ -56,8 +56,8 @@ class EffectSelector {
   Vec2 texcoord_low_{0.0f}, texcoord_high_{0.0f};  // of a cluster
 };
 
-// Whether no point of a moving body moves by more than the tile core overlooks, whatever its arithmetic rounds: both
-// keys' corners are the same points of a body that is rigid in object space. Exposed for tests.
+// Whether every point of a moving body moves by less than the tile core ignores, for any rounding of its arithmetic:
+// corners of both keys are the same points of a body that is rigid in object space. Exposed for tests.
 bool stays_still(const SubPatchBody& body, const scene::Projection& projection, double still_pixels,
                  double still_depth);
 // Whether a body lies in front of the near plane and inside the guard band at both motion keys, so that every vertex is

@@ -72,7 +72,7 @@ void Bloom::run(const BloomStep& step, const Image& frame, std::vector<Image>& i
   Image& to = images[step.level];
   if (!step.up) to = Image(width, height, 3);
   const Image& from = step.up ? images[step.level + 1] : step.level == 0 ? frame : images[step.level - 1];
-  // The levels below, which all are in `from`, weigh as much together as they are many.
+  // `from` holds the mean of the levels below; its weight is their number.
   const float below = static_cast<float>(levels() - 1 - step.level);
   const int w = width, h = height;
   parallel_for(static_cast<std::size_t>(height), [&, w, h](std::size_t row) {

@@ -13,16 +13,16 @@
 
 namespace tessera::gpu {
 
-// A step of a bloom: it makes a level from the image or the level above it, or brings what the level below it holds up into
-// it. A pass of its own.
+// A step of a bloom, a pass of its own: it makes a level from the image or the level above, or adds the level below to
+// a level.
 struct BloomStep {
   std::string name;
   std::size_t level;  // that it writes
   bool up;
 };
 
-// The bloom of a capture: an attachment with levels, and the steps that fill it. The last step leaves in the largest level
-// the mean of what all levels hold.
+// The bloom of a capture: an attachment with levels, and the steps that fill it. After the last step the largest level
+// holds the mean of all levels.
 //
 // Invariants (cited by the tests):
 //   BLP1  A step reads every texel of its sources once, each as many bytes as its format has, and writes its level once; a
@@ -41,7 +41,7 @@ class Bloom {
   std::array<int, 2> size(std::size_t level) const { return sizes_[level]; }
   std::uint64_t texel_bytes() const;
   std::uint64_t level_bytes(std::size_t level) const;
-  // Where a level begins; the first at the place that the attachment has.
+  // First byte of a level; the first level begins at the attachment's base.
   std::uint64_t base(std::size_t level, std::uint64_t burst_bytes) const;
   std::uint64_t bytes(std::uint64_t burst_bytes) const { return base(levels(), burst_bytes) - base_; }
   void set_base(std::uint64_t base) { base_ = base; }
@@ -50,7 +50,7 @@ class Bloom {
   // disjoint texels, and the whole frame owns all.
   IntRect part(std::array<int, 2> size, IntRect pixels) const;
 
-  // Runs a step on the host. `frame`: the colours that the first step reads; `images`: of the levels.
+  // Runs a step on the host. `frame`: the colours that the first step reads; `images`: one for each level.
   void run(const BloomStep& step, const Image& frame, std::vector<Image>& images) const;
 
  private:

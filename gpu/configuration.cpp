@@ -51,7 +51,7 @@ std::vector<std::string> key_names() {
   return names;
 }
 
-// Other units of a key of the memory.
+// Other units in which a key of the memory may be given.
 struct ClockedKey {
   KeyInfo info;
   double (hardware::Machine::*get)() const;
@@ -68,7 +68,7 @@ const std::vector<ClockedKey>& clocked_keys() {
   return kKeys;
 }
 
-// The value of a key, or of one in clocks; nothing for others.
+// The value of a key, or of a key in clocks; nullopt for others.
 std::optional<KeyValue> value_of(const std::string& name, const Gpu& gpu) {
   if (const auto* key = gpu_keys().find(name)) return key->get(gpu);
   for (const ClockedKey& key : clocked_keys())
@@ -76,8 +76,8 @@ std::optional<KeyValue> value_of(const std::string& name, const Gpu& gpu) {
   return std::nullopt;
 }
 
-// Sets what `root` names, nested by the dots of the keys; clock.mhz comes before memory.*, as JSON objects are sorted.
-// `changed`, unless nullptr: keys that get another value.
+// Sets the keys that `root` names, nested by the dots of the keys; clock.mhz comes before memory.*, as JSON objects are
+// sorted. `changed`, unless nullptr, gets the keys whose values change.
 void set_values(const std::string& file, const json& root, Gpu& gpu, std::vector<std::string>* changed = nullptr) {
   const std::vector<std::string> names = key_names();
   std::function<void(const json&, const std::string&, const std::string&)> visit =
@@ -116,7 +116,7 @@ Gpu preset(const std::string& name) {
   return gpu;
 }
 
-// Files that name files may be so many, one behind the other.
+// Longest chain of files that name each other as base.
 constexpr int kMaxBases = 8;
 
 Gpu load(const std::string& preset_or_file, int depth);
@@ -132,7 +132,8 @@ Gpu from_json(const std::string& file, json root, int depth) {
     return value;
   };
   if (root.contains("base") && root.contains("preset"))
-    throw InputError(file, "/base", "says what the file starts from, as \"preset\" does: leave one of them out");
+    throw InputError(file, "/base",
+                     "gives the machine that the file starts from, as \"preset\" does: leave one of them out");
   const std::string base = text("base", "");
   Gpu gpu;
   if (base.empty()) {
@@ -153,7 +154,7 @@ Gpu from_json(const std::string& file, json root, int depth) {
   gpu.name = text("name", "");
   gpu.description = text("description", "");
   text("$schema", "");  // for editors
-  // What a file says of its numbers is for people.
+  // Only people read a file's sources of its numbers.
   if (const auto sources = root.find("sources"); sources != root.end()) {
     if (!sources->is_object()) throw InputError(file, "/sources", "is not an object of texts");
     root.erase(sources);
@@ -179,7 +180,7 @@ Gpu load(const std::string& preset_or_file, int depth) {
   return parse(read_whole_text(preset_or_file, kMaxBytes), preset_or_file, depth);
 }
 
-// Sets of a cache are addressed by bits, ways may be any number.
+// Sets of a cache are addressed by bits, so their number is a power of two; ways may be any number.
 void check_cache(std::string_view keys, std::int64_t bytes, std::int64_t ways, std::int64_t line_bytes) {
   const std::int64_t sets = bytes / (ways * line_bytes);
   if (sets < 1 || sets * ways * line_bytes != bytes || (sets & (sets - 1)) != 0)

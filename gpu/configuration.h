@@ -18,7 +18,8 @@
 
 namespace tessera::gpu {
 
-// On-chip memories of the machines that `--baselines` compares; caches are all the same size, so that none is favoured.
+// On-chip memories of the machines that `--baselines` compares; all caches have the same size, so that no machine is
+// favoured.
 struct BaselineCaches {
   std::int64_t cache_bytes = 256 << 10;
   bool immediate_color_compression = true;
@@ -26,13 +27,13 @@ struct BaselineCaches {
 };
 
 // The described machine: the settings of its units. Every number is a key of gpu_keys(), which gives unit, range,
-// meaning and source; the values here are those of the preset "mid-mobile".
+// meaning and source; the defaults here are the preset "mid-mobile".
 struct GpuConfiguration : hardware::Machine {
   std::string preset = "mid-mobile";
-  std::string name, description;       // of a file; what its writer calls the machine
-  std::vector<std::string> key_notes;  // on keys that were set by a former name
-  std::vector<std::string> file_keys;  // that a file gave another value than its preset or base
-  std::vector<std::string> set_keys;   // that somebody set by name: each must act (check_gpu())
+  std::string name, description;       // of a file: the names its writer gives the machine
+  std::vector<std::string> key_notes;  // about keys that were set by a former name
+  std::vector<std::string> file_keys;  // keys that a file changes against its preset or base
+  std::vector<std::string> set_keys;   // keys set by name: each must act (check_gpu())
   frontend::Settings frontend;
   binner::TileSize tile;
   binner::ParameterBufferSettings parameter_buffer;
@@ -44,24 +45,25 @@ struct GpuConfiguration : hardware::Machine {
   tilecore::FrameBufferSettings frame_buffer;
   scene::GeometrySettings geometry;
 
-  // Side of the blocks whose farthest depths tile cores store: 16, halved until it divides the tile's sides [assumed].
+  // Side of the blocks whose farthest depths tile cores store: 16, halved until it divides both sides of a tile
+  // [assumed].
   int depth_block_pixels() const;
   frontend::FrontEndSpec front_end_spec() const {
     return {frontend, tessellator.sub_patch_cells, static_cast<std::uint64_t>(memory.burst_bytes), caches.l2_bytes,
             caches.l2_ways};
   }
-  // Silicon of all that draws, without what the baselines have instead.
+  // Silicon area of the drawing units, without the memories that only the baselines have.
   hardware::Area area() const;
   binner::BinnerSpec binner_spec() const { return {binner, parameter_buffer, memory.burst_bytes}; }
 };
 
 const KeyTable<GpuConfiguration>& gpu_keys();
 
-// Sets a key of gpu_keys(), or memory.bytes_per_clk or memory.latency_clk: the memory's rate and latency in clocks of the
-// GPU, as its clock.mhz is at this moment (in a file: the file's). Another clock.mhz later leaves the memory as it is.
-// Numbers also take the text "x1.3" (relative_value.h): so many times what the machine has.
-// A former name sets the key that it is called now, and leaves a note in gpu.key_notes.
-// False: no such key. Throws UsageError for a value out of range.
+// Sets a key of gpu_keys(), or memory.bytes_per_clk or memory.latency_clk: the memory's rate and latency in clocks of
+// the GPU at its present clock.mhz (in a file: the file's). A later change of clock.mhz leaves the memory as it is.
+// Numbers also take the text "x1.3" (relative_value.h), a multiple of the present value. A former name sets the key
+// that replaced it, and leaves a note in gpu.key_notes. Returns false if there is no such key. Throws UsageError for a
+// value out of range.
 bool set_gpu_key(const std::string& name, const nlohmann::json& value, GpuConfiguration& gpu);
 
 // Names of the built-in presets.
@@ -73,12 +75,12 @@ std::vector<std::string> preset_names();
 // InputError for a file that is not such a configuration, LimitError for one of more than 16 MiB.
 GpuConfiguration load_gpu(const std::string& preset_or_file);
 
-// The same from the text of such a file; `name` stands for it in messages. Throws InputError.
+// The same from the text of such a file; messages name it `name`. Throws InputError.
 GpuConfiguration parse_gpu(std::string_view text, const std::string& name);
 
-// Checks that the keys fit each other (tile sides multiples of 8, chunk a multiple of the burst, a clock that the process
-// bears, registers for a warp, ...), and that the chosen models read every one of gpu.set_keys.
-// Throws UsageError naming the keys.
+// Checks that the keys fit each other (tile sides multiples of 8, chunk a multiple of the burst, a clock that the
+// process supports, registers for a warp, ...), and that the chosen models read every one of gpu.set_keys. Throws
+// UsageError naming the keys.
 void check_gpu(const GpuConfiguration& gpu);
 
 // The whole configuration, nested by the dots of the keys.

@@ -19,7 +19,7 @@ std::vector<std::vector<DrawableInTile>> lists_of(const timing::FrameWork& work,
   Lists lists(tiles);
   for (const timing::WorkRound& round : work.rounds)
     for (std::size_t t = 0; t < round.items.size(); ++t) {
-      if (round.tiles[t].tile >= tiles) continue;  // of a map of a light
+      if (round.tiles[t].tile >= tiles) continue;  // a tile of a light's map
       auto& list = lists[round.tiles[t].tile];
       const auto at = [&](std::uint32_t drawable) -> DrawableInTile& {
         DrawableInTile& of = list[drawable];

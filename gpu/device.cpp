@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "base/round_up.h"
+#include "gpu/shading_paths.h"
 #include "gpu/tile_memory.h"
 #include "gpu/view_inputs.h"
 #include "hardware/external_memory.h"
@@ -19,14 +20,14 @@
 namespace tessera::gpu {
 namespace {
 
-// A pose takes half a kilobyte for each drawable: of more than these it is kept for the next frame only if that may well
-// be the same.
+// A pose takes half a kilobyte for each drawable. With more drawables than this, a pose is kept only if the next frame
+// may well have the same.
 constexpr std::size_t kDrawablesToKeep = std::size_t{1} << 16;
 
-// What is seen through surfaces is seen by every pixel.
-constexpr const char* kWholeFrames = "surfaces transmit: any of their pixels may show any pixel of what is behind";
+// Any pixel of a transmissive surface may show any pixel behind it, so frames must be whole.
+constexpr const char* kWholeFrames = "surfaces transmit: any of their pixels may show any pixel behind them";
 
-// The resolve unit's settings, of which the seed is that of the samples. Throws UsageError when they do not fit.
+// The resolve unit's settings; its seed is the seed of the samples. Throws UsageError when they do not fit.
 tilecore::ResolveSettings resolve_settings(const RunSettings& settings, bool transmits) {
   tilecore::ResolveSettings resolve = settings.resolve;
   check_resolve(resolve);
@@ -42,7 +43,7 @@ shaders::RadianceImage image_behind(const scene::Assembly& assembly, const Rende
   return shaders::RadianceImage(shaders::RadianceImage::mip_chain({request.width, request.height}));
 }
 
-// What shaders read besides textures.
+// The images that shaders read besides textures.
 std::vector<const shaders::RadianceImage*> shader_images(const shaders::RadianceImage& behind,
                                                          const scene::Capture& capture) {
   std::vector<const shaders::RadianceImage*> images{&behind};
@@ -50,7 +51,8 @@ std::vector<const shaders::RadianceImage*> shader_images(const shaders::Radiance
   return images;
 }
 
-GpuConfiguration with_tile_memory(GpuConfiguration gpu, const RunSettings& settings) {
+GpuConfiguration with_tile_memory(GpuConfiguration gpu, const RunSettings& settings, const scene::Assembly& assembly) {
+  check_shading_path(gpu, settings, transmits(assembly));
   grow_tile_memory(gpu, settings);
   return gpu;
 }
@@ -61,7 +63,7 @@ Device::Device(std::shared_ptr<const PreparedCapture> prepared, const GpuConfigu
                const RunSettings& settings, const RenderRequest& request)
     : prepared_(std::move(prepared)),
       scene_(prepared_->scene(settings.textures, gpu.geometry)),
-      gpu_(with_tile_memory(gpu, settings)),
+      gpu_(with_tile_memory(gpu, settings, scene_.assembly)),
       settings_(settings),
       request_(request),
       graph_(prepared_->capture, gpu_, settings, request.region, {request.width, request.height}),
@@ -97,21 +99,23 @@ std::uint64_t Device::scene_color_bytes() const {
 }
 
 void Device::set_observer(ViewObserver* observer) {
+  if (observer != nullptr && settings_.shading.path != tilecore::ShadingPath::kVisibility)
+    throw UsageError("baselines shade what they see at once: to be compared with them set shading.path=visibility");
   if (observer != nullptr && eliminates(gpu_))
     throw UsageError(
         "baselines render and write every tile; to be compared with them the machine needs "
         "tile.rendering_elimination=false and frame_buffer.transaction_elimination=false");
   if (observer != nullptr && behind_.level_count() > 0)
     throw UsageError(
-        "baselines draw frames in one pass; of a capture in which surfaces transmit they would leave one out");
+        "baselines draw frames in one pass; surfaces of this capture transmit, and baselines would leave out a pass");
   if (observer != nullptr && !shadow_passes_.maps().empty())
     throw UsageError(
-        "baselines draw frames in one pass; of a capture whose lights cast shadows they would leave out the maps: "
-        "effects.shadows=off compares the rest");
+        "baselines draw frames in one pass; lights of this capture cast shadows, and baselines would leave out their "
+        "maps: effects.shadows=off compares the rest");
   if (observer != nullptr && !graph_.plain())
     throw UsageError(
-        "baselines draw frames in one pass; of a capture that describes passes of its own they would leave out what "
-        "these load and store");
+        "baselines draw frames in one pass; this capture describes passes, and baselines would leave out their loads "
+        "and stores");
   observer_ = observer;
 }
 
@@ -151,6 +155,7 @@ tilecore::TileJob Device::make_job(const scene::FrameGeometry& frame, const binn
     job.textures = {&texture_memory_, gpu_.caches.texture_bytes, hardware::Caches::kTextureWays, gpu_.line_bytes()};
   job.store = frame_store();
   job.actions = graph_.actions();
+  job.spills = gpu_.tile.fit;
   if (behind_.level_count() > 0) job.lighting.behind = job.scene_color = &behind_;
   return job;
 }
@@ -190,7 +195,7 @@ std::unique_ptr<tilecore::ParameterMaps> Device::map_procedures(const tilecore::
 }
 
 void Device::begin_elimination(int frame, ViewState& eye, tilecore::TileJob& job) const {
-  // A frame that is not finished leaves nothing.
+  // A frame that does not finish leaves no state for the next.
   const std::optional<int> kept = std::exchange(eye.kept, std::nullopt);
   const bool follows = kept && *kept == frame - 1;
   if (gpu_.frame_buffer.transaction_elimination) {
@@ -239,7 +244,7 @@ tilecore::ResolveFrame& Device::begin_resolve(int frame, ViewState& eye, const s
     eye.sequence.advect_from_other_eye(geometry, *left, eyes_[0].sequence.history(),
                                        static_cast<float>(settings_.stereo.far_depth));
   prepare_history(*resolve.next, false);
-  // Signatures of whole tiles want all of their colours.
+  // Signatures of whole tiles need all colours of the tiles.
   resolve.keeps_blocks = resolve_.skip_unchanged && tilecore::reads_blocks(resolve_) &&
                          resolve_.colors == tilecore::HistoryColors::kFrameBuffer &&
                          !gpu_.frame_buffer.transaction_elimination;
@@ -262,9 +267,8 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, ViewS
     if (geometry->request.motion_segments == 0 && geometry->motion_error > geometry->request.motion_error &&
         left == nullptr)
       result.notes.push_back(
-          fmt::format("frame {}: with {} motion segments something may be {:.1f} pixels off its curve; "
-                      "sampling.motion_error asks for "
-                      "{} (sampling.motion_segments_max may be up to {})",
+          fmt::format("frame {}: with {} motion segments a point may be {:.1f} pixels off its curve; "
+                      "sampling.motion_error asks for {} (sampling.motion_segments_max may be up to {})",
                       frame, geometry->segments.size(), geometry->motion_error, geometry->request.motion_error,
                       kMaxMotionSegments));
     if (geometry->drawables.size() <= kDrawablesToKeep || !geometry->any_motion) eye.pose = geometry;
@@ -310,6 +314,7 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, ViewS
   run.pass = graph_.name();
   run.copies = graph_.copies();
   run.bloom = graph_.bloom();
+  run.attachment_bytes = graph_.attachment_bytes();
   run.bloom_strength = static_cast<float>(settings_.post.bloom);
   run.waits = !shadow_passes_.any_pass();
   pipeline_.render(run, {guesses, guess ? &*guess : nullptr});

@@ -18,7 +18,7 @@ std::vector<std::uint32_t> blocks(shaders::Wrap wrap, float low, float high, int
   std::vector<std::uint32_t> out;
   if (!std::isfinite(low) || !std::isfinite(high)) return {0};
   const auto first = static_cast<std::int64_t>(std::floor(std::max(low - 0.5f, -1e9f)));
-  // More than once around is all of them.
+  // A span of more than one period needs all blocks.
   const std::int64_t last =
       std::min(static_cast<std::int64_t>(std::floor(std::min(high - 0.5f, 1e9f))) + 1, first + 2 * std::int64_t{size});
   for (std::int64_t texel = first; texel <= last; ++texel) {

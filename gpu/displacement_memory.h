@@ -10,20 +10,19 @@
 
 namespace tessera::gpu {
 
-// Where the displacement maps of a capture lie in the emulated memory, behind its other textures: 2 bytes a height, in
-// cache lines that are blocks of heights (64 bytes: 8x4), level by level; and which lines a sub-patch needs when it is
-// tessellated.
+// Places of the displacement maps of a capture in the emulated memory, behind its other textures: 2 bytes a height, in
+// cache lines that are blocks of heights (64 bytes: 8x4), level by level. It also finds the lines that tessellating a
+// sub-patch needs.
 class DisplacementMemory {
  public:
-  // `first_line`: the first that is free.
+  // `first_line`: the first free line.
   DisplacementMemory(std::span<const scene::Material> materials, std::int64_t line_bytes, std::uint64_t first_line);
 
   // One line behind the last.
   std::uint64_t end() const { return end_; }
 
-  // Replaces `lines` by those of the heights that the vertices of a range of a patch lie among: of the rectangle that
-  // its parameters span in the map, in each of the levels that its level of detail lies between. None where nothing
-  // displaces.
+  // Replaces `lines` by the lines of the heights around the vertices of a range of a patch: the rectangle that its
+  // parameters span in the map, in both levels around its level of detail. Empty if nothing displaces the patch.
   void lines_of(const scene::FrameGeometry& frame, std::uint32_t patch, const scene::CellRange& range,
                 std::vector<std::uint32_t>& lines) const;
 

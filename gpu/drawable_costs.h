@@ -8,8 +8,8 @@
 
 namespace tessera::gpu {
 
-// Declaration of one cost. `counter` is the counter of the frame that the cost adds up to over all drawables; "" when
-// there is none.
+// Declaration of one cost. `counter` is the frame's counter to which the cost of all drawables adds up; "" if there is
+// none.
 struct DrawableCost {
   std::string_view name;
   std::uint64_t tilecore::DrawableCounts::*member;
@@ -39,7 +39,8 @@ inline constexpr auto kDrawableCosts = std::to_array<DrawableCost>({
 static_assert(sizeof(tilecore::DrawableCounts) == sizeof(std::uint64_t) * kDrawableCosts.size(),
               "each cost needs exactly one declaration");
 
-// By the number of the drawable in scene::Assembly, instance by instance; the library adds those of a node up. They follow from the frame alone, as counters do.
+// By the number of the drawable in scene::Assembly, instance by instance; the library adds up the instances of a node.
+// Like counters, costs follow from the frame alone.
 using DrawableCosts = std::vector<tilecore::DrawableCounts>;
 
 // Adds the costs of another core or view, drawable by drawable; `into` grows where it is shorter.

@@ -23,7 +23,8 @@ std::uint64_t tiles_with(const TileMaps& maps, std::uint64_t TileCounts::*member
       std::count_if(maps.tiles.begin(), maps.tiles.end(), [&](const TileCounts& tile) { return tile.*member > 0; }));
 }
 
-// Why code for an effect of sub-patches ran, or did not. `asked`: what of the scene asks for it; "" when nothing does.
+// Says why code for an effect of sub-patches ran or did not. `asked`: the part of the scene that asks for it; "" if no
+// part does.
 std::string sub_patch_reason(const std::string& setting, EffectMode value, const std::string& asked,
                              const std::string& none, const EffectPlaces& places, const char* spared) {
   if (value == EffectMode::kOff) return setting + "=off";
@@ -134,7 +135,7 @@ void report_effects(const EffectSources& from, FrameEffects& effects, EffectReas
   everywhere("frame_buffer_compression", from.compressed, all,
              from.compressed ? "the machine compresses its frame buffer" : "frame_buffer.compression=none");
 
-  // What the resolve unit told of already.
+  // Effects that the resolve unit has reported already.
   const auto resolved = [&](const char* name, std::uint64_t TileCounts::*map, const char* none) {
     effects.try_emplace(name, false);
     reasons.try_emplace(name, none);

@@ -24,9 +24,9 @@ struct FrameCounters : tilecore::CoreCounters {
 
   // Joins the counters of a further frame into a total.
   void accumulate(const FrameCounters& frame);
-  // Adds what another view of the same frame took.
+  // Adds the counters of another view of the same frame.
   void merge(const FrameCounters& view);
-  // Returns what the frame counted after `before`, an earlier state of it; peaks keep their values.
+  // Returns the frame's counts since `before`, an earlier state of it; peaks keep their values.
   FrameCounters since(const FrameCounters& before) const;
 };
 

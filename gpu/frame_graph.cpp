@@ -72,6 +72,7 @@ class FrameGraph::Reader {
         copy(out);
     }
     if (colors_ != scene::kFrameAttachment) refuse("", "leaves the colours of its surfaces in {}", in_quotes(colors_));
+    out.attachment_bytes_ = end_;
   }
 
  private:
@@ -96,10 +97,11 @@ class FrameGraph::Reader {
     const std::uint64_t samples = static_cast<std::uint64_t>(gpu_.tile.width) *
                                   static_cast<std::uint64_t>(gpu_.tile.height) *
                                   static_cast<std::uint64_t>(settings_.sampling.samples_per_pixel);
-    // Colours lie in the place of the visibility record, which is smaller where weights have few bits.
+    // Colours take the place of the visibility record, which is smaller when weights have few bits.
     if (bytes == kGeneralBytes)
       bytes = std::max(tile_sample_bytes(gpu_, settings_) / samples, kDepthBytes + kColorBytes);
     const std::uint64_t needed = samples * bytes;
+    if (gpu_.tile.fit) return;
     if (needed > static_cast<std::uint64_t>(gpu_.cores.memory_bytes))
       fault(number, "",
             fmt::format("needs {} bytes of tile memory a sample: a tile of {}x{} pixels with {} samples takes {}, "
@@ -133,7 +135,7 @@ class FrameGraph::Reader {
     store_depth(out.actions_, depth);
   }
 
-  // The tone map is what the store of the frame does. Colours of the subpasses before do not leave the chip.
+  // The store of the frame applies the tone map. Colours of earlier subpasses do not leave the chip.
   void map_on_chip(std::size_t number) {
     const Subpass& one = pass().subpasses[number];
     const std::string below = subpass(number);
@@ -154,12 +156,15 @@ class FrameGraph::Reader {
 
   void bloom(FrameGraph& out) {
     if (!last_) refuse("", "runs before a pass has stored colours");
-    if (!out.copies_.empty()) refuse("", "runs behind a copy: this machine blooms what the pass that draws left");
+    if (!out.copies_.empty()) refuse("", "runs behind a copy: this machine blooms the colours of the pass that draws");
     const Subpass& one = pass().subpasses[0];
     if (pass().subpasses.size() > 1) refuse("/subpasses/1", "follows a bloom in its pass: it has passes of its own");
     if (one.sample.size() != 1 || one.sample[0] != colors_)
       refuse(subpass(0) + "/sample", "is not {}, where the pass before left its colours", in_quotes(colors_));
     if (!glow_.empty()) refuse("", "is a second bloom: this machine runs one");
+    if (last_->samples > 1)
+      refuse(subpass(0) + "/sample", "is {}, which keeps {} samples a pixel: a bloom reads resolved colours",
+             in_quotes(colors_), last_->samples);
     const std::string below = subpass(0) + "/write";
     const Attachment* target = one.write.size() == 1 ? graph_.find(one.write[0]) : nullptr;
     if (target == nullptr) refuse(below, "is not one attachment of its own");
@@ -168,7 +173,7 @@ class FrameGraph::Reader {
              scene::kAttachmentFormatNames[static_cast<std::size_t>(target->format)]);
     if (target->size || target->scale > 1 || target->samples > 1 || target->layers != 1)
       refuse(below, "is {}, which has a size, samples, layers or more pixels than the frame", in_quotes(target->name));
-    if (!pass().load.empty() || !pass().store.empty()) refuse("", "overrides what a bloom loads and stores");
+    if (!pass().load.empty() || !pass().store.empty()) refuse("", "overrides the loads and stores of a bloom");
     glow_ = target->name;
     if (settings_.post.bloom == 0) return;
     if (!whole_) throw UsageError("a region of the frame: any of its pixels may get light by the bloom of the capture");
@@ -241,27 +246,26 @@ class FrameGraph::Reader {
     if (a.layers != 1 || a.levels != 1) refuse(below, "is {}, which has layers or levels", in_quotes(a.name));
   }
 
-  // Returns what the pass loads and stores of colors_, the colours that it writes.
+  // Returns the load and store of colors_, the colours that the pass writes.
   tilecore::AttachmentActions target_actions() {
     tilecore::AttachmentActions actions;
     actions.load_color = action_of(pass().load, colors_) == LoadAction::kLoad;
     const Attachment* declared = graph_.find(colors_);
     if (declared == nullptr) return actions;
-    const bool several = declared->samples != 1 && settings_.sampling.samples_per_pixel > 1 && draws(pass());
-    if (several && action_of(pass().store, colors_) == StoreAction::kStore)
-      refuse("/store" + pointer_step(colors_),
-             "stores every sample of {}: this machine resolves colours when it stores", in_quotes(colors_));
+    const bool several =
+        declared->samples != 1 && draws(pass()) && action_of(pass().store, colors_) == StoreAction::kStore;
     if (settings_.resolve.desampling != tilecore::Desampling::kOff)
       throw UsageError(
           fmt::format("pass {} stores its colours in {}: set resolve.desampling=off, which works on the frame",
                       in_quotes(pass().name), in_quotes(colors_)));
     const tilecore::PixelCoder coder(*color_format(declared->format), frame_exposure(capture_, settings_));
-    last_ = tilecore::ColorAttachment{coder, place(coder.pixel_bytes())};
+    last_ = tilecore::ColorAttachment{coder, 0, several ? settings_.sampling.samples_per_pixel : 1};
+    last_->base = place(last_->pixel_bytes());
     actions.color = last_;
     return actions;
   }
 
-  // Returns where an attachment with so many bytes a pixel begins, behind those before it.
+  // Returns the base of an attachment with so many bytes a pixel, behind the earlier ones.
   std::uint64_t place(std::uint64_t pixel_bytes) {
     const auto burst = static_cast<std::uint64_t>(gpu_.memory.burst_bytes);
     return std::exchange(end_, end_ + round_up(pixels_ * pixel_bytes, burst));
@@ -278,11 +282,11 @@ class FrameGraph::Reader {
   const RunSettings& settings_;
   std::array<int, 2> frame_;
   bool whole_;        // all of the frame is rendered
-  std::string glow_;  // what a bloom fills; empty: none has run
+  std::string glow_;  // attachment that a bloom fills; empty: none has run
   std::uint64_t pixels_, end_ = 0;
   std::size_t pass_ = 0;
-  std::string colors_;                             // where the last pass left them; empty: none has drawn
-  std::optional<tilecore::ColorAttachment> last_;  // unless that is the frame
+  std::string colors_;                             // attachment of the last pass that drew; empty: none has drawn
+  std::optional<tilecore::ColorAttachment> last_;  // nullopt: the last pass wrote the frame
 };
 
 bool FrameGraph::loads_frame() const {

@@ -20,15 +20,15 @@ namespace tessera::gpu {
 struct CopyPass {
   std::string name;
   tilecore::ColorAttachment source;
-  tilecore::AttachmentActions actions;  // what it loads and stores
-  bool adds_bloom = false;              // of the graph, on the way
+  tilecore::AttachmentActions actions;  // its load and store
+  bool adds_bloom = false;              // adds the graph's bloom to the pixels
 };
 
-// The passes that a capture describes, as this machine renders them: one that draws all surfaces, a bloom of its colours, and
-// copies that bring them into the frame, with or without the bloom. A copy into the frame may be called a tone map: the store
-// maps colours where the frame's format holds codes, whichever pass they come from. In the pass that draws, a tone map is
-// the store. A capture without passes has one, `main`, that draws into the frame. Shadows, transmission
-// and the resolve unit add passes of their own where they are needed.
+// The passes that a capture describes, as this machine renders them: one pass that draws all surfaces, a bloom of its
+// colours, and copies that bring them into the frame, with or without the bloom. A copy into the frame may be called a
+// tone map. If the frame's format holds codes, the store maps the colours, whichever pass they come from; in the pass
+// that draws, the tone map is the store. A capture without passes has one, `main`, that draws into the frame. Shadows,
+// transmission and the resolve unit add passes of their own when needed.
 //
 // Invariants (cited by the tests):
 //   GRA1  A pass that draws into the frame and overrides nothing gives the images, bytes and cycles of a capture without
@@ -40,23 +40,25 @@ struct CopyPass {
 //         bytes and cycles.
 class FrameGraph {
  public:
-  // `region`: of the frame, which attachments cover. Throws InputError with the place in the capture's file: for a pass
-  // that no tile of the machine holds, for passes and actions that this machine does not render, and for actions that
-  // would change the image. Throws UsageError for desampling with copies, and for what leaves out pixels that a bloom
-  // needs: `region` against `frame`, its size, and rendering elimination.
+  // `region`: the part of the frame that attachments cover. Throws InputError with the place in the capture's file: for
+  // a pass that no tile of the machine holds, for passes and actions that this machine does not render, and for actions
+  // that would change the image. Throws UsageError for desampling with copies, and, if there is a bloom, for settings
+  // that omit pixels it needs: a `region` smaller than `frame`, and rendering elimination.
   FrameGraph(const scene::Capture& capture, const GpuConfiguration& gpu, const RunSettings& settings, IntRect region,
              const std::array<int, 2>& frame);
 
-  // The name of the pass that draws.
+  // Name of the pass that draws.
   const std::string& name() const { return name_; }
   const tilecore::AttachmentActions& actions() const { return actions_; }
-  // In the order in which they run, after the pass that draws.
+  // Copies in the order in which they run, after the pass that draws.
   std::span<const CopyPass> copies() const { return copies_; }
-  // Between the pass that draws and the copies; nullptr: none.
+  // The bloom, between the pass that draws and the copies; nullptr if there is none.
   const Bloom* bloom() const { return bloom_ ? &*bloom_ : nullptr; }
-  // Whether a pass loads what the frame before left in the frame buffer.
+  // Whether a pass loads the previous frame from the frame buffer.
   bool loads_frame() const;
-  // Whether it moves anything that a capture without passes does not move.
+  // Memory that attachments take; what else lies with them begins behind it.
+  std::uint64_t attachment_bytes() const { return attachment_bytes_; }
+  // Whether it moves no more bytes than a capture without passes does.
   bool plain() const { return copies_.empty() && !actions_.any(); }
 
  private:
@@ -66,6 +68,7 @@ class FrameGraph {
   tilecore::AttachmentActions actions_;
   std::vector<CopyPass> copies_;
   std::optional<Bloom> bloom_;
+  std::uint64_t attachment_bytes_ = 0;
 };
 
 }  // namespace tessera::gpu

@@ -23,8 +23,7 @@ struct PassResult {
   FrameCounters counters;
 };
 
-// The right eye's image; its counters are in those of the frame, too, its cycles and energies in those of the frame's
-// model.
+// The right eye's image. The frame's counters include its counters, and the frame's model its cycles and energies.
 struct RightEye {
   tilecore::FrameTargets targets;
   FrameCounters counters;
@@ -32,7 +31,7 @@ struct RightEye {
   std::vector<PassResult> passes{};
 };
 
-// What a device gives back of one frame.
+// Results of a device for one frame.
 struct FrameResult {
   FrameResult(int number, tilecore::FrameTargets images) : frame(number), targets(std::move(images)) {}
 
@@ -41,9 +40,9 @@ struct FrameResult {
   FrameCounters counters;
   std::vector<PassResult> passes{};  // of the left or only eye, in the order in which they began
   FrameEffects effects;
-  EffectReasons effect_reasons;  // why each ran, or did not
+  EffectReasons effect_reasons;  // why each effect ran or did not
   FrameEffectPlaces effect_places;
-  std::vector<std::string> notes;  // for people: what was asked for and could not be had
+  std::vector<std::string> notes;  // for people: requests that could not be met
   std::optional<RightEye> right;
   // Host time in seconds; tile_threads and resolve_threads: processor time, summed over threads.
   std::map<std::string, double> stage_seconds;

@@ -10,13 +10,13 @@ namespace tessera::gpu {
 
 bool frames_are_independent(const scene::Capture& capture, const GpuConfiguration& gpu, const RunSettings& settings,
                             const RenderRequest& request) {
-  // A compressed frame that is loaded has as many bytes as it got.
+  // A loaded compressed frame has the size that its content compressed to.
   const bool loads = capture.settings.graph && std::ranges::any_of(capture.settings.graph->passes,
                                                                    [](const auto& pass) { return !pass.load.empty(); });
   return !loads && settings.resolve.desampling != tilecore::Desampling::kAdaptive &&
          !gpu.frontend.previous_depth_culling && !eliminates(gpu) &&
          gpu.queues.caches == hardware::FrameCaches::kEmpty && !request.record_accesses &&
-         !request.keep_transactions;  // which may be many times the rest of a frame
+         !request.keep_transactions;  // transactions may take many times the memory of the rest of a frame
 }
 
 FrameStream::FrameStream(std::vector<Device*> devices, int first, int last)
@@ -53,7 +53,7 @@ void FrameStream::work(std::size_t number) {
     }
     std::optional<FrameResult> result;
     std::exception_ptr failure;
-    // The last frames share the threads among fewer.
+    // When fewer frames than devices are left, each gets more threads.
     const std::size_t at_once = std::min(slots_.size(), static_cast<std::size_t>(last_ - frame));
     try {
       with_threads(std::max<std::size_t>(1, threads_ / at_once), [&] { result.emplace(slot.device->render(frame)); });

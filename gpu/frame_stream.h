@@ -11,32 +11,32 @@
 
 namespace tessera::gpu {
 
-// Whether frames of a replay leave nothing to each other, so that several may be rendered at once.
+// Whether frames of a replay do not depend on each other, so that several may be rendered at once.
 bool frames_are_independent(const scene::Capture& capture, const GpuConfiguration& gpu, const RunSettings& settings,
                             const RenderRequest& request);
 
-// Frames [first, last) in order, of one device or of several alike. Several render at once, each a frame of its own with
-// its share of the threads and of the memory that the capture left: what a frame does one after the other then costs no
-// waiting thread.
+// Frames [first, last) in order, from one device or several identical ones. Each device renders a frame of its own,
+// with its share of the threads and of the memory that the capture left, so that serial parts of a frame leave no
+// thread idle.
 //
 // Invariants (cited by the tests):
-//   FS1  Frames are those that one device renders, in order, for any number of devices.
-//   FS2  Each device holds one frame at most, rendered or being rendered.
+//   FS1  Frames equal the frames of one device, in order, for any number of devices.
+//   FS2  Each device holds at most one frame, finished or in progress.
 //   FS3  A frame that needs more than its share of the memory is rendered again, alone and with all of it.
 class FrameStream {
  public:
-  // The devices outlive it. More than one: frames_are_independent().
+  // The devices must outlive it. Several devices require frames_are_independent().
   FrameStream(std::vector<Device*> devices, int first, int last);
-  // Waits for the frames on their way.
+  // Waits for the frames in progress.
   ~FrameStream();
   FrameStream(const FrameStream&) = delete;
   FrameStream& operator=(const FrameStream&) = delete;
 
-  // The next frame. Throws what rendering it threw.
+  // Returns the next frame. Throws the error of its rendering.
   FrameResult next();
 
  private:
-  // What a device renders, and what became of it.
+  // A device's current frame and its result.
   struct Slot {
     Device* device = nullptr;
     std::thread thread;

@@ -21,7 +21,7 @@ double pipeline_cycles(const GpuConfiguration& gpu, const TileWork& work, Phase 
   return timing::pipeline_ends(stages.cycles, stages.items).back();
 }
 
-// When the last item of the tile left each stage of a phase, with the phase as long as it was.
+// Times at which the last item of the tile left each stage of a phase, scaled to the phase's actual length.
 std::vector<double> stage_ends(const GpuConfiguration& gpu, const TileWork& work, const TileSchedule& tile,
                                Phase phase) {
   const timing::PhaseCycles stages = timing::phase_cycles(gpu, work, phase);
@@ -33,7 +33,7 @@ std::vector<double> stage_ends(const GpuConfiguration& gpu, const TileWork& work
   return ends;
 }
 
-// Stages of the tile, each from the end of the one before, and what it waits for between phases.
+// Stages of the tile, each from the end of the previous one, and its waits between phases.
 TileTrack track_of(const GpuConfiguration& gpu, const TileWork& work, const TileSchedule& tile) {
   TileTrack track;
   track.round = tile.round, track.index = tile.index, track.tile = work.tile, track.core = tile.core;
@@ -66,7 +66,7 @@ TileTrack track_of(const GpuConfiguration& gpu, const TileWork& work, const Tile
   return track;
 }
 
-// Amounts over the windows of a frame.
+// Amounts spread over the windows of a frame.
 class Windows {
  public:
   explicit Windows(double width) : width_(width), amounts_(kWindows) {}
@@ -80,7 +80,7 @@ class Windows {
       if (end <= begin) return;
     }
   }
-  // So that they add up to `sum`, over `unit`.
+  // Scales the amounts so that they add up to `sum`, over `unit`.
   std::vector<double> scaled(double sum, double unit) && {
     double all = 0;
     for (const double amount : amounts_) all += amount;
@@ -136,7 +136,7 @@ void add_lists(const timing::WorkRound& round, const timing::Schedule::Span& geo
   const auto all = static_cast<double>(round.geometry.queue_bytes);
   out.emplace_back(geometry.begin, 0);
   out.emplace_back(geometry.end, all);
-  // Lists are read to their ends when their tiles' visibility is done; then their memory could serve again.
+  // A tile's lists are read to their ends when its visibility phase is done; then their memory could serve again.
   std::uint64_t entries = 0;
   std::vector<std::pair<double, std::uint64_t>> read;
   for (std::size_t i = 0; i < round.tiles.size(); ++i) {

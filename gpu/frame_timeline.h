@@ -11,7 +11,7 @@
 
 namespace tessera::gpu {
 
-// What a tile is at, in its core: the stages of the pipeline, and why it waits.
+// Activity of a tile in its core: a stage of the pipeline, or the reason why it waits.
 enum class Activity : std::uint8_t {
   kFetch,
   kTessellate,
@@ -20,8 +20,8 @@ enum class Activity : std::uint8_t {
   kShade,
   kResolve,
   kStore,
-  kWaitForUnit,  // the units of its next phase have another tile of the core
-  kWaitForData   // the first data of a phase are on their way
+  kWaitForUnit,  // the units of its next phase work on another tile of the core
+  kWaitForData   // the first data of a phase are in flight
 };
 inline constexpr std::size_t kActivityCount = 9;
 constexpr std::string_view name(Activity activity) {
@@ -40,11 +40,11 @@ struct TileTrack {
   std::uint32_t tile = 0, core = 0, slot = 0;
   double begin = 0, end = 0;
   std::vector<Span> spans;
-  // Cycles in which units of the core, the first data of its phases, and the rate of the memory kept it waiting.
+  // Cycles of waiting for units of the core, for the first data of its phases, and for the rate of the memory.
   double unit_wait = 0, data_wait = 0, rate_wait = 0;
 };
 
-// What moves bytes: what is in front of tiles, the phases of tiles, and what no round holds.
+// Origins of traffic: the geometry in front of tiles, the phases of tiles, and traffic outside of rounds.
 enum class Source : std::uint8_t { kGeometry, kVisibility, kShading, kStore, kOther };
 inline constexpr std::size_t kSourceCount = 5;
 constexpr std::string_view name(Source source) {
@@ -56,8 +56,8 @@ constexpr std::string_view name(Source source) {
 //
 // Invariants (cited by the tests):
 //   FT1  Tiles of a slot are disjoint, spans of a tile are disjoint and inside it.
-//   FT2  Windows hold the frame's bytes, and of each unit the cycles that it was busy.
-//   FT3  No window holds more bytes than the memory moves in it at its peak, and no unit is busier in one than all the time.
+//   FT2  Windows hold the frame's bytes and each unit's busy cycles.
+//   FT3  No window holds more bytes than the memory moves in it at its peak, and no unit is busy for longer than the window.
 struct FrameTimeline {
   static constexpr std::size_t kWindows = 256;  // of the frame
   struct Geometry {
@@ -68,10 +68,10 @@ struct FrameTimeline {
   double cycles = 0, window = 0;  // its cycles
   std::vector<Geometry> geometry;
   std::vector<TileTrack> tiles;                               // as Schedule::tiles
-  std::uint32_t slots = 0;                                    // most that a core used
+  std::uint32_t slots = 0;                                    // most slots that a core used
   std::array<std::vector<double>, kSourceCount> bytes;        // by window
-  std::array<std::vector<double>, timing::kStageCount> busy;  // by window: part of it, mean over the cores
-  std::vector<std::pair<double, double>> list_bytes;          // from a cycle on, so many are live
+  std::array<std::vector<double>, timing::kStageCount> busy;  // by window: busy share of it, mean over the cores
+  std::vector<std::pair<double, double>> list_bytes;          // (cycle, live bytes from that cycle on)
 };
 
 FrameTimeline frame_timeline(const GpuConfiguration& gpu, const timing::FrameWork& work,

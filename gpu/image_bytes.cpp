@@ -13,6 +13,10 @@ std::uint64_t image_bytes(const RenderRequest& request, const RunSettings& setti
                           (gpu.tile.rendering_elimination ? (request.auxiliary ? 40u : 16u) + ids : 0u);
   const std::uint64_t per_pixel =
       (request.auxiliary ? 64u : 32u) + (request.resolve_auxiliary ? 28u : 0u) + (desampling ? 50u : 0u) + before + ids;
+  // A prepass leaves the depths of all samples.
+  const std::uint64_t depths = settings.shading.path == tilecore::ShadingPath::kPrepass
+                                   ? 4 * static_cast<std::uint64_t>(settings.sampling.samples_per_pixel)
+                                   : 0;
   const bool transmits = std::any_of(capture.materials.begin(), capture.materials.end(), [](const scene::Material& m) {
     return m.has(scene::MaterialEffect::kTransmission);
   });
@@ -21,7 +25,7 @@ std::uint64_t image_bytes(const RenderRequest& request, const RunSettings& setti
                         return pass.subpasses[0].shader == scene::PassShader::kBloom;
                       });
   return static_cast<std::uint64_t>(request.region.width()) * static_cast<std::uint64_t>(request.region.height()) *
-         (per_pixel * (stereo ? 2 : 1) + (transmits ? 16u : 0u) + (blooms ? 16u : 0u));
+         (per_pixel * (stereo ? 2 : 1) + (transmits ? 16u : 0u) + (blooms ? 16u : 0u) + depths);
 }
 
 }  // namespace tessera::gpu

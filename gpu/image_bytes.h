@@ -6,8 +6,9 @@
 
 namespace tessera::gpu {
 
-// Host memory that the images of a request may take: colour, its encoded copies, auxiliary layers, two histories, the frame
-// before where tiles are eliminated; once more for a right eye. And what is behind surfaces that transmit, if any may.
+// Host memory that the images of a request may take: colour, its encoded copies, auxiliary layers, two histories, and
+// the previous frame if tiles are eliminated; twice for a stereo pair; and the scene-color image if a surface may
+// transmit.
 std::uint64_t image_bytes(const RenderRequest& request, const RunSettings& settings, const GpuConfiguration& gpu,
                           const scene::Capture& capture);
 

@@ -36,7 +36,7 @@ ImagePass reduce_pass(const ViewRun& run, const OrderedTiles& tiles) {
       });
   };
   pass.work = [&job](TileCore& core, binner::TileIndex tile) { core.count_reduced(job, tile); };
-  // A level lies behind the one above; each is read once, when the next one is made.
+  // A level lies behind the one above; each is read once, to make the next one.
   pass.share = [&job, tiles](WorkRecorder::Round& round) {
     const int levels = job.scene_color->level_count();
     for (int level = 0; level < levels; ++level) {
@@ -57,8 +57,8 @@ ImagePass stencil_pass(const ViewRun& run) {
 
 namespace {
 
-// [assumed] Clocks of a lane: places of lookups and their weighted sum, on the way up the mean with its own level; the bloom
-// mixed into a pixel. 4 pack the result.
+// [assumed] Clocks of a lane: places of lookups and their weighted sum, on the way up the mean with its own level; the
+// bloom mixed into a pixel. Packing the result takes 4.
 constexpr tilecore::ImageShader kDown{.lookups = shaders::kBloomDownLookups, .clocks = 2 + 8 + 15 + 4, .registers = 16},
     kUp{.lookups = shaders::kBloomUpLookups, .clocks = 2 + 16 + 24 + 6 + 4, .registers = 16},
     kMix{.lookups = 1, .clocks = 2 + 6 + 4, .registers = 8};
@@ -124,7 +124,7 @@ ImagePass copy_pass(const ViewRun& run, const OrderedTiles& tiles, const CopyPas
       add_bloom(run, tiles.grid.pixels(tile), *bloom);
       core.run_image_shader(run.job, texels_in(tiles.grid.pixels(tile)), kMix);
     }
-    core.copy(run.job, tile, copy.actions, run.result.targets);
+    core.copy(run.job, tile, copy.source.samples, copy.actions, run.result.targets);
   };
   if (bloom != nullptr)
     pass.share = [&run, tiles](WorkRecorder::Round& round) { move_level(round, tiles, run, 0, false); };

@@ -10,11 +10,11 @@ void move_scene_color(WorkRecorder::Round& round, const OrderedTiles& tiles, con
 
 // Makes the smaller levels of that image from its largest one.
 ImagePass reduce_pass(const ViewRun& run, const OrderedTiles& tiles);
-// Fills what resolve stencils that reach into neighbouring tiles left open.
+// Fills the pixels that resolve stencils left open because they reach into neighbouring tiles.
 ImagePass stencil_pass(const ViewRun& run);
 // Runs a step of the view's bloom, whose levels are `images`; all of them must outlive it.
 ImagePass bloom_pass(const ViewRun& run, const OrderedTiles& tiles, const BloomStep& step, std::vector<Image>& images);
-// Copies an attachment, and adds the bloom whose largest level is `bloom`; nullptr: none. All of them must outlive it.
+// Copies an attachment and adds the bloom whose largest level is `bloom`, unless nullptr. All of them must outlive it.
 ImagePass copy_pass(const ViewRun& run, const OrderedTiles& tiles, const CopyPass& copy, const Image* bloom);
 
 }  // namespace tessera::gpu

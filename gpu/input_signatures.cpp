@@ -42,7 +42,7 @@ void add_light(Crc64& crc, const shaders::Light& light) {
   for (const float number : {light.range, light.cos_inner, light.cos_outer}) crc.add_value(number);
 }
 
-// All of a material that may differ from frame to frame.
+// Adds all properties of a material that may differ from frame to frame.
 void add_material(Crc64& crc, const scene::Material& material) {
   add_span(crc, std::span(&material.emissive, 1));
   for (const scene::MaterialNumber& number : scene::material_numbers())
@@ -54,7 +54,7 @@ void add_material(Crc64& crc, const scene::Material& material) {
   }
 }
 
-// What animations may move of a procedure.
+// Adds the numbers of a procedure that animations may move.
 void add_numbers(Crc64& crc, const PosedDrawable& drawable) {
   for (const scene::Procedure* procedure : {drawable.procedure, drawable.procedure_close})
     for (const scene::Procedure::Piece& piece : procedure->pieces)
@@ -73,7 +73,7 @@ void add_pose(Crc64& crc, const FrameGeometry& frame, std::size_t number) {
     add_matrix(crc, drawable.to_raster[key]);
     add_matrix(crc, drawable.to_world[key]);
     add_matrix(crc, drawable.normal_to_world[key]);
-    // The memory's own vertices are the same always.
+    // The memory's own vertices never change.
     const bool own = drawable.own_vertices;
     crc.add_value(static_cast<std::uint8_t>(own));
     if (own) continue;
@@ -112,7 +112,7 @@ void add_views(Crc64& crc, const FrameGeometry& frame) {
   }
 }
 
-// Whether a frame's tiles depend on more than what is posed.
+// Whether a frame's tiles depend on state besides the pose.
 bool goes_on(const GpuConfiguration& gpu, const TileJob& job) {
   return job.resolve != nullptr || job.procedures != nullptr || gpu.frontend.previous_depth_culling;
 }
@@ -157,7 +157,7 @@ std::uint64_t tile_signature(const TileJob& job, std::uint64_t constants, std::s
   return crc.value();
 }
 
-// What the front end and the binner hash.
+// Number of bytes that the front end and the binner hash.
 std::uint64_t hashed_bytes(const FrameGeometry& frame, std::span<const std::uint8_t> in_lists, std::uint64_t entries,
                            const binner::Binner& binner) {
   constexpr std::uint64_t kEntryBytes = 8 + 2;  // a sub-patch's signature and its interval
@@ -167,7 +167,7 @@ std::uint64_t hashed_bytes(const FrameGeometry& frame, std::span<const std::uint
   for (std::uint32_t patch = 0; patch < in_lists.size(); ++patch) {
     if (in_lists[patch] == 0) continue;
     bytes += frontend::bound_record_bytes(frame, patch);
-    // Patches of a drawable are numbered one after the other.
+    // Patches of a drawable are numbered consecutively.
     const scene::Drawable& drawable = frame.assembly->drawable_of(patch);
     if (drawable.instanced && &drawable != last) bytes += frontend::kInstanceRecordBytes;
     last = &drawable;

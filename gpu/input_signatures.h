@@ -20,12 +20,13 @@ struct EliminationCounters {
   std::uint64_t wrong_eliminations = 0;
 };
 
-// Whether frames leave signatures of tiles to each other.
+// Whether frames leave signatures of tiles to the next frame.
 inline bool eliminates(const GpuConfiguration& gpu) {
   return gpu.tile.rendering_elimination || gpu.frame_buffer.transaction_elimination;
 }
 
-// Where signatures of tiles lie in their memory: of colours, of the inputs of even frames, and of those of odd ones.
+// Layout of the signatures of tiles in their memory: of colours, of the inputs of even frames, and of the inputs of odd
+// frames.
 struct SignatureMemory {
   std::uint64_t array_bytes;  // whole bursts
 
@@ -36,45 +37,47 @@ struct SignatureMemory {
   std::uint64_t bytes() const { return 3 * array_bytes; }
 };
 
-// Rendering elimination (Anglada et al. 2019): signatures of what each tile of a view is rendered from, from frame to
-// frame. The binner makes them as it appends entries: a base patch's record is hashed once, where the front end reads it,
-// a sub-patch's with it, and a tile's list takes eight bytes of that for each entry. The paper's hashes all attributes
-// of all triangles.
+// Rendering elimination (Anglada et al. 2019): signatures of the inputs of each tile of a view, from frame to frame.
+// The binner makes them as it appends entries: a base patch's record is hashed once, where the front end reads it, a
+// sub-patch's with it, and a tile's list hashes eight bytes of that for each entry. The paper instead hashes all
+// attributes of all triangles.
 //
 // Where the pixel shader looks up shadows, every tile's signature includes one signature of all shadow maps.
 //
-// A tile's inputs are its entries in their order; of each its record but for its number, and the pose, vertices, grids and
-// material of its drawable; camera and lights; where something moves in the tile, or light, or a lens is open, also the
-// frame's number, by which times and lens points of samples change. So they are of all tiles with what goes on from frame
-// to frame or from tile to tile: desampling, the previous frame's depths, and procedures that are sampled. Vertices are those of a whole drawable, not of the patch: fewer tiles match than could.
+// The inputs of a tile are its entries in their order, with each entry's record except for its number, and the pose,
+// vertices, grids and material of its drawable; camera and lights; and, if a drawable or light moves in the tile or a
+// lens is open, the frame's number, which changes the times and lens points of samples. The frame's number also counts
+// for all tiles with features that carry state from frame to frame or from tile to tile: desampling, the previous
+// frame's depths, and sampled procedures. The vertices are the whole drawable's, not the patch's, so fewer tiles
+// match than could.
 //
 // Invariants (cited by the tests):
-//   IS1  Images are those of a machine that renders all tiles, as long as signatures are wide enough.
-//   IS2  A tile that is not rendered reaches no core: it does no work, and of it nothing moves but its signatures, which
+//   IS1  Images equal the images of a machine that renders all tiles, as long as signatures are wide enough.
+//   IS2  An unchanged tile reaches no core: it does no work, and it moves no bytes but its signatures, which
 //        the tile scheduler compares when the lists are done.
 //   IS3  A signature that matches though inputs differ is counted, and the image shows the frame before.
 class InputSignatures {
  public:
-  // Before a frame. `follows`: the frame rendered last was the one before.
+  // Begins a frame. `follows`: the last rendered frame was the previous one.
   void begin(bool follows);
-  // Lists of which this is a part will not be whole: the frame has no signatures.
+  // Tells that the frame's lists will not be whole, so that the frame has no signatures.
   void forget() { known_ = whole_ = false; }
-  // When all lists are: which tiles are not rendered.
+  // The tiles that need no rendering. Call it when all lists are complete.
   std::vector<bool> unchanged(const GpuConfiguration& gpu, const tilecore::TileJob& job, const binner::Binner& binner,
                               EliminationCounters& counters);
-  // Of the frame before.
+  // Whether the previous frame has signatures.
   bool known() const { return known_; }
-  // One signature of all tiles of this frame, for views that read what this one stores; none where its lists were not
+  // One signature of all tiles of this frame, for views that read this one's results; nullopt if its lists were not
   // whole.
   std::optional<std::uint64_t> of_all_tiles() const;
-  // A tile that is not rendered keeps its images.
+  // Copies the images of an unchanged tile from the previous frame.
   void keep_images(IntRect tile, tilecore::FrameTargets& targets) const;
-  // The frame is done.
+  // Ends the frame.
   void finish(const tilecore::FrameTargets& targets);
 
  private:
-  bool known_ = false, whole_ = false;  // of the frame before, of this one
-  std::vector<std::uint64_t> shown_;    // by tile: CRC-64 of the inputs of what its pixels show
+  bool known_ = false, whole_ = false;  // the previous frame has signatures; this frame has
+  std::vector<std::uint64_t> shown_;    // by tile: CRC-64 of the inputs of the pixels it shows
   tilecore::FrameTargets images_{{}, false};
 };
 
@@ -88,7 +91,7 @@ inline constexpr bool kAbsentWhenIdle<gpu::EliminationCounters> = true;
 template <>
 inline constexpr auto kCounterFields<gpu::EliminationCounters> = std::to_array<CounterField<gpu::EliminationCounters>>({
     {"tilecore.tiles_eliminated", &gpu::EliminationCounters::tiles_eliminated, Combine::kSum, "tiles",
-     "Tiles whose inputs have the signature of the frame before and that were not rendered, with "
+     "Tiles that were not rendered because their inputs have the same signature as in the previous frame, with "
      "tile.rendering_elimination.",
      ""},
     {"binner.signature_bytes", &gpu::EliminationCounters::signature_bytes, Combine::kSum, "bytes",
@@ -96,7 +99,7 @@ inline constexpr auto kCounterFields<gpu::EliminationCounters> = std::to_array<C
      "bytes an entry, eight a tile.",
      ""},
     {"tilecore.wrong_eliminations", &gpu::EliminationCounters::wrong_eliminations, Combine::kSum, "tiles",
-     "Of tilecore.tiles_eliminated, those whose inputs differ nevertheless: the image is wrong there.", ""},
+     "Tiles of tilecore.tiles_eliminated whose inputs differ nevertheless: the image is wrong there.", ""},
 });
 TESSERA_COUNTERS_COVER(gpu::EliminationCounters);
 

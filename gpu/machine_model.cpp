@@ -11,7 +11,7 @@ namespace tessera::gpu {
 
 namespace {
 
-// `bound`: with what bounds it.
+// `bound`: also finds the units that bound the work.
 ViewCost time_work(const GpuConfiguration& gpu, const timing::FrameWork& work, timing::WarmCaches* caches, bool bound,
                    std::vector<memory::Burst>* transactions = nullptr) {
   ViewCost timed;
@@ -31,7 +31,7 @@ ViewCost time_work(const GpuConfiguration& gpu, const timing::FrameWork& work, t
       timed.timing.latency = timing::latency(gpu, events.schedule);
     }
     timed.schedule = std::move(events.schedule);
-    // What the caches held in time.
+    // Traffic of the caches as events simulated them.
     energy.dram_bytes = events.counts.memory.read_bytes + events.counts.memory.written_bytes;
     energy.counts[hardware::Event::kL2Lines] = events.counts.memory.l2_requests + events.counts.memory.l2_misses;
     for (const timing::WorkRound& round : work.rounds)

@@ -5,14 +5,15 @@
 
 namespace tessera::gpu {
 
-// Where the eye looks in each frame: at a place of the settings, or at a node of the capture.
+// The focus of the gaze in each frame: a place of the settings, or a node of the capture.
 class MovingFocus {
  public:
-  // `capture` must outlive the focus. Throws UsageError where the scene has no node of that name, or several.
+  // `capture` must outlive the focus. Throws UsageError if the scene has no node of that name, or several.
   MovingFocus(const tilecore::FoveationSettings& settings, const scene::Capture& capture);
 
-  // At `seconds`, the middle of a frame's shutter, through the camera of an eye: in frame widths and heights. A node is
-  // seen through the lens centre; one in the camera's plane or behind it is not looked at, but the settings' place.
+  // The focus at `seconds`, the middle of a frame's shutter, through the camera of an eye: in frame widths and heights.
+  // A node is seen through the lens centre; if it lies in the camera's plane or behind it, the settings' place is
+  // returned.
   DVec2 at(double seconds, const scene::CameraChoice& camera, int width, int height) const;
 
  private:

@@ -8,15 +8,15 @@
 
 namespace tessera::gpu {
 
-// What the texture units and the heights of a tile moved, displacement maps included.
+// Traffic of a tile's texture units and heights, displacement maps included.
 struct TextureUse {
   std::uint64_t visibility_bytes = 0, shading_bytes = 0;  // over the external memory interface
-  std::uint64_t l2_lines = 0;                             // asked of the L2, and filled into it
+  std::uint64_t l2_lines = 0;                             // requested from the L2, and filled into it
 };
 
-// What a run of the machine asked of its tile cores, kept to be looked at by the baselines.
+// Work that a run of the machine requested from its tile cores, kept for the baselines.
 struct ObservedWork {
-  std::vector<std::vector<binner::ListEntry>> entries;       // per tile; records numbered on where lists were emptied
+  std::vector<std::vector<binner::ListEntry>> entries;       // by tile; record numbers continue after lists are emptied
   std::vector<tilecore::TessellationRequest> tessellations;  // tile by tile, in emulated order
   std::vector<TextureUse> textures;                          // per tile, with output.machine_model
 };

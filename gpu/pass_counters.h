@@ -22,7 +22,7 @@ class PassCounters {
                const tilecore::TessellationCache& cache)
       : run_(run), front_end_(front_end), binner_(binner), cache_(cache) {}
 
-  // Adds a pass to the result, with all that the units counted since the last call.
+  // Adds a pass to the result, with the counters of all units since the last call.
   void end(std::string_view pass);
   // Gives the result the counters of the whole view. Call it after the last pass.
   void finish() { run_.result.counters = seen_; }

@@ -11,7 +11,8 @@
 namespace tessera::gpu {
 namespace {
 
-// Whether positions may differ between motion keys: room is for both. `animated`: nodes of such procedures.
+// Whether positions may differ between motion keys, so that the record has room for both. `animated`: nodes of such
+// procedures.
 bool may_deform(const scene::Assembly& assembly, const std::vector<int>& animated, const scene::Drawable& drawable) {
   if (drawable.kind == scene::Primitive::Kind::kProcedure)
     return std::binary_search(animated.begin(), animated.end(), drawable.node);
@@ -30,7 +31,7 @@ PatchTable::PatchTable(const scene::Assembly& assembly, std::int64_t line_bytes,
   const std::vector<int> animated = scene::animated_procedures(*assembly.capture);
   for (const scene::Drawable& drawable : assembly.drawables) {
     instance_of_.push_back(drawable.instanced ? instances++ : 0);
-    if (drawable.first_record + 1 != offsets_.size()) continue;  // an instance whose records are there
+    if (drawable.first_record + 1 != offsets_.size()) continue;  // an instance whose records exist already
     const bool deforming = may_deform(assembly, animated, drawable);
     for (std::uint32_t p = drawable.first_patch; p < drawable.first_patch + drawable.patch_count; ++p)
       offsets_.push_back(offsets_.back() + frontend::patch_record_bytes(assembly, p, deforming) +
@@ -73,13 +74,13 @@ std::uint64_t PatchTable::of_tessellation(const scene::FrameGeometry& frame,
 void PatchTable::of_piece(const scene::FrameGeometry& frame, std::uint32_t patch, std::uint32_t piece,
                           std::vector<Lines>& out) const {
   const scene::Procedure& procedure = *frame.drawable_of(patch).procedure;
-  // Of both motion keys, side by side.
+  // The numbers of both motion keys lie side by side.
   const std::uint64_t begin = offsets_[assembly_.record_of(patch)],
                       numbers = scene::procedure_piece_bytes(procedure) * (frame.drawable_of(patch).deforming ? 2 : 1),
                       first = begin + frontend::kPatchHeaderBytes + piece * numbers;
   out.push_back(lines(begin, begin + frontend::kPatchHeaderBytes));
   Lines of = lines(first, first + numbers);
-  of.first = std::max(of.first, out.back().end);  // asked once
+  of.first = std::max(of.first, out.back().end);  // each line is asked for once
   if (of.first < of.end) out.push_back(of);
 }
 

@@ -14,7 +14,7 @@ namespace tessera::gpu {
 
 namespace {
 
-// Empty, all blocks seeing nothing.
+// Depths of a frame in which no block has hit a surface yet.
 frontend::CoarseDepth depths_to_store(const GpuConfiguration& gpu, const tilecore::TileJob& job) {
   frontend::CoarseDepth depth;
   depth.block_pixels = gpu.depth_block_pixels();
@@ -50,7 +50,7 @@ std::vector<bool> Pipeline::tiles_again(const binner::TileGrid& grid, const fron
 
 void Pipeline::second_pass(const ViewRun& run, TileScheduler& scheduler, binner::Binner& binner,
                            frontend::FrontEndResult& front_end) {
-  // Tiles that are rendered again do not write theirs again.
+  // Tiles that are rendered again do not store their depths again.
   frontend::CoarseDepth depth = std::exchange(run.result.targets.coarse_depth, {});
   const auto burst_bytes = static_cast<std::uint64_t>(gpu_.memory.burst_bytes);
   front_end.ledger.read(memory::Unit::kFrontend, memory::Purpose::kCoarseDepth,
@@ -62,7 +62,7 @@ void Pipeline::second_pass(const ViewRun& run, TileScheduler& scheduler, binner:
   if (std::ranges::count(again, true) == 0) {
     visible.clear();
   } else if (run.result.counters.binner.partial_renders > 0) {
-    // The lists no longer hold what the tiles were rendered from: a partial render emptied them.
+    // A partial render emptied the lists, so they no longer hold all sub-patches of the tiles.
     scheduler.empty_lists();
     visible.insert(visible.begin(), front_end.sub_patches.begin(), front_end.sub_patches.end());
   }
@@ -77,7 +77,15 @@ bool Pipeline::render_tiles(const ViewRun& run, TileScheduler& scheduler, const 
     for (const frontend::BoundedSubPatch& piece : sub_patches)
       (tilecore::transmits(run.job.frame->drawable_of(piece.base_patch)) ? transmissive : behind).push_back(piece);
   if (transmissive.empty()) {
-    scheduler.render({.name = run.pass, .sub_patches = sub_patches, .binned = binned});
+    bool again = binned;
+    if (run.job.depths == nullptr && run.job.shading.path == tilecore::ShadingPath::kPrepass) {
+      scheduler.render({.name = "prepass", .sub_patches = sub_patches, .binned = binned, .depths_only = true});
+      // The lists still hold all, unless a partial render emptied them.
+      again = run.result.counters.binner.partial_renders == 0;
+      if (!again) scheduler.empty_lists();
+    }
+    scheduler.render({.name = run.pass, .sub_patches = sub_patches, .binned = again});
+    if (run.job.depths == nullptr && run.job.shading.path == tilecore::ShadingPath::kGbufferExternal) scheduler.light();
     return true;
   }
   std::vector<bool> open(grid.tile_count(), false);
@@ -135,7 +143,7 @@ void Pipeline::bound(const ViewRun& run, const PreviousDepth& previous, scene::M
 void Pipeline::render(const ViewRun& run, const PreviousDepth& previous) {
   const tilecore::TileJob& job = run.job;
   FrameResult& result = run.result;
-  // What the capture and its textures left.
+  // The part of the memory that the capture and its textures left.
   const scene::Capture& capture = *job.frame->assembly->capture;
   const std::uint64_t left = capture.max_bytes - job.frame->assembly->charged_bytes();
   scene::MemoryBudget budget(capture.max_bytes, capture.file.string(),
@@ -175,7 +183,7 @@ void Pipeline::render(const ViewRun& run, const PreviousDepth& previous) {
   take_totals(run);
   binner.buffer().limit(nullptr);
   binner.buffer().record_accesses(nullptr);
-  // Lists that a partial render emptied are no more, and a second pass belongs to its frame.
+  // Lists that a partial render emptied cannot be reused, and a second pass belongs to its frame.
   if (kept_.pose == 0)
     kept_.clear();
   else if (!all_binned || result.counters.binner.partial_renders > 0)

@@ -17,22 +17,22 @@
 
 namespace tessera::gpu {
 
-// The machine from the front end on: a posed view in, image and counters out. Keeps lists while the
-// pose is the same.
+// The machine from the front end on: it turns a posed view into images and counters. It keeps the lists as long as the
+// pose stays the same.
 //
 // Invariant (cited by the tests):
-//   PL1  Images, counters and records of a view do not depend on the views before it, but for what TileJob::store and
-//        ViewRun::inputs bring from them.
+//   PL1  Images, counters and records of a view do not depend on the views before it, except through TileJob::store and
+//        ViewRun::inputs.
 class Pipeline {
  public:
   using Cores = std::shared_ptr<PerThread<tilecore::TileCore>>;
-  // Both must outlive it. Pipelines that render one view at a time may have the same cores.
+  // Both must outlive it. Pipelines that render one view at a time may share the cores.
   Pipeline(const GpuConfiguration& gpu, const frontend::PyramidLibrary& pyramids,
            Cores cores = std::make_shared<PerThread<tilecore::TileCore>>())
       : gpu_(gpu), pyramids_(pyramids), cores_(std::move(cores)) {}
 
-  // What views leave to each other. `store`: tile cores write the farthest depths of their blocks, into
-  // FrameTargets::coarse_depth. `guess`: what hides things at first, or null.
+  // State that views leave to each other. `store`: tile cores write the farthest depths of their blocks into
+  // FrameTargets::coarse_depth. `guess`: depths that hide candidates in the first pass, or nullptr.
   struct PreviousDepth {
     bool store = false;
     const frontend::CoarseDepth* guess = nullptr;  // only with `store`
@@ -41,17 +41,17 @@ class Pipeline {
   void render(const ViewRun& run, const PreviousDepth& previous);
 
  private:
-  // Fills kept_.front_end; cells of procedures are sub-patches behind those of the front end.
+  // Fills kept_.front_end; cells of procedures are sub-patches behind the front end's own.
   void bound(const ViewRun& run, const PreviousDepth& previous, scene::MemoryBudget& budget);
-  // Fetches the depths that the tile cores wrote, and renders again the tiles in which they do not hide what the guess
-  // hid.
+  // Fetches the depths that the tile cores wrote, and renders again the tiles in which a candidate hidden by the guess
+  // is visible.
   void second_pass(const ViewRun& run, TileScheduler& scheduler, binner::Binner& binner,
                    frontend::FrontEndResult& front_end);
-  // The tiles in which `depth` does not hide all of some sub-patches; counts the blocks that it takes to say so.
+  // The tiles in which `depth` does not hide all of some sub-patches; counts the blocks that the tests read.
   static std::vector<bool> tiles_again(const binner::TileGrid& grid, const frontend::CoarseDepth& depth,
                                        const std::vector<frontend::BoundedSubPatch>& visible,
                                        frontend::PreviousDepthCounters& counters);
-  // All of the front end's sub-patches; true: the lists hold all of them.
+  // Renders all of the front end's sub-patches; returns true if the lists hold all of them.
   static bool render_tiles(const ViewRun& run, TileScheduler& scheduler, const binner::TileGrid& grid,
                            const std::vector<frontend::BoundedSubPatch>& sub_patches, bool binned);
   // Counts the sub-patches whose materials have effects; tiles mark their own.
@@ -62,8 +62,8 @@ class Pipeline {
   const GpuConfiguration& gpu_;
   const frontend::PyramidLibrary& pyramids_;
   Cores cores_;
-  // What front end and binner made of the pose rendered last, for a further frame of the same pose: the emulated units
-  // do the same again, the host does not.
+  // Results of front end and binner for the pose rendered last, for a further frame of the same pose: the emulated
+  // units do the work again, but the host does not.
   struct Kept {
     std::uint64_t pose = 0;  // scene::FrameGeometry::identity; 0: none
     frontend::FrontEndResult front_end;

@@ -23,7 +23,7 @@ const PreparedScene& PreparedCapture::scene(scene::TextureSettings textures,
   const Held held_as = {geometry.raw() ? scene::GeometrySettings() : geometry, textures};
   if (const auto made = scenes_.find(held_as); made != scenes_.end()) return *made->second;
   const scene::HeldTextures held = scene::hold_textures(capture, textures);
-  // Geometry is the same for all textures: what was assembled for one is good for the next. Raw geometry comes first.
+  // Geometry does not depend on textures, so a later scene reuses the first assembly. Raw geometry comes first.
   const bool assembled = !scenes_.empty() && scenes_.begin()->first.first.raw();
   scene::Assembly assembly = assembled ? scenes_.begin()->second->assembly : assemble();
   if (scenes_.empty()) materials_ = assembly.materials;

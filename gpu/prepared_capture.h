@@ -15,7 +15,7 @@
 
 namespace tessera::gpu {
 
-// A capture ready to be drawn, its textures and its geometry as the emulated memory holds them.
+// A capture ready for drawing, with its textures and geometry in the formats of the emulated memory.
 struct PreparedScene {
   explicit PreparedScene(scene::Assembly assembled) : assembly(std::move(assembled)), pyramids(assembly) {}
 
@@ -23,13 +23,13 @@ struct PreparedScene {
   const frontend::PyramidLibrary pyramids;
 };
 
-// Changes what a device draws of a capture; its camera, lights and framing stay the same.
+// Changes to the surfaces that a device draws of a capture; its camera, lights and framing stay the same.
 struct CaptureChanges {
   scene::DrawnFilter drawn{};
   std::string without_effect{};  // a layer of materials (scene::kMaterialEffectNames); "": none
 };
 
-// What all devices of one capture share, whatever the machine and the settings. Many devices may use it at once.
+// Data that all devices of one capture share, for any machine and settings. Many devices may use it at once.
 class PreparedCapture {
  public:
   // `capture_in` must outlive it.
@@ -37,8 +37,9 @@ class PreparedCapture {
 
   const scene::Capture& capture;
 
-  // Made when first asked for, kept as long as this; one for all targets where the capture has no KTX2 textures. Throws
-  // LimitError where texture.format or geometry.encoding needs more memory than reading the capture left.
+  // Returns the scene, made at the first request and kept as long as this object; all texture targets share one if the
+  // capture has no KTX2 textures. Throws LimitError if texture.format or geometry.encoding needs more memory than
+  // reading the capture left.
   const PreparedScene& scene(scene::TextureSettings textures, const scene::GeometrySettings& geometry = {}) const;
 
  private:
@@ -48,7 +49,7 @@ class PreparedCapture {
   mutable std::mutex mutex_;
   using Held = std::pair<scene::GeometrySettings, scene::TextureSettings>;
   mutable std::map<Held, std::unique_ptr<const PreparedScene>> scenes_;
-  mutable std::vector<scene::Material> materials_;  // as they were assembled, with the capture's own textures
+  mutable std::vector<scene::Material> materials_;  // as assembled, with the capture's own textures
 };
 
 }  // namespace tessera::gpu

@@ -11,15 +11,15 @@ namespace tessera::gpu {
 // A machine that the program carries: hardware/presets/NAME.json.
 struct Preset {
   std::string name, description;
-  std::vector<std::string> aliases;  // what it was called before
-  nlohmann::json values;             // nested by the dots of the keys; what it changes against the defaults
-  nlohmann::json sources;            // by key: where its value is from
+  std::vector<std::string> aliases;  // former names
+  nlohmann::json values;             // nested by the dots of the keys; only values that differ from the defaults
+  nlohmann::json sources;            // by key: the source of its value
 };
 
-// From the smallest to the largest, those that resemble a part behind them.
+// All presets from the smallest to the largest, then the presets that resemble a product.
 const std::vector<Preset>& presets();
 
-// By its name or an alias; null: none.
+// Finds a preset by its name or an alias; nullptr if there is none.
 const Preset* find_preset(const std::string& name);
 
 }  // namespace tessera::gpu

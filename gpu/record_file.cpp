@@ -19,23 +19,23 @@ using nlohmann::json;
 constexpr std::string_view kMagic = "tessera.record/5\n", kMagicOfAll = "tessera.record/";
 constexpr std::uint64_t kMaxHeadBytes = 16u << 20;
 constexpr std::uint64_t kMaxViews = 2;
-// Decoded work takes no more than so many times its bytes.
+// Decoded work takes at most this multiple of its encoded bytes.
 constexpr std::uint64_t kExpansion = 16;
 
-// The events that work is made of, in their order.
+// The names of the events of recorded work, in their order.
 json event_names() {
   json names = json::array();
   for (const timing::Event event : hardware::kAllEvents) names.push_back(name(event));
   return names;
 }
 
-// Sizes of the caches that events simulate in time, from what is asked of them.
+// Whether a key sizes a cache that events simulate in time from its requests.
 bool is_of_caches(std::string_view key) {
   constexpr std::array<std::string_view, 3> kKeys = {"texture.cache_bytes", "l2.bytes", "l2.ways"};
   return std::find(kKeys.begin(), kKeys.end(), key) != kKeys.end();
 }
 
-// Why work is none of a machine, whose simulation would not end in any time; null: it may be.
+// The reason why no machine can have done this work, so that its simulation would take forever; nullptr if one can.
 const char* implausible(const timing::FrameWork& work) {
   constexpr std::uint64_t kMaxTilePixels = 256 * 256, kMaxVertices = 1u << 20, kMaxTileBytes = 1u << 30,
                           kMaxBytes = std::uint64_t{1} << 40;
@@ -113,7 +113,7 @@ void RecordReader::refuse(const std::string& reason) const {
 }
 
 std::string RecordReader::bytes(std::uint64_t count) {
-  // Grows with what is there, not with what a damaged length says.
+  // The string grows with the bytes that are read, not with a length that may be damaged.
   constexpr std::uint64_t kAtOnce = 1u << 20;
   std::string out;
   while (out.size() < count) {
@@ -233,7 +233,7 @@ void check_same_function(const json& head, const GpuConfiguration& gpu, const Ru
   for (const auto& [key, value] : now.items())
     if (!(events && is_of_caches(key)) && then.value(key, json()) != value)
       throw UsageError(
-          fmt::format("{}: the record was made with {}, not {}; what the units do depends on it: replay again", key,
+          fmt::format("{}: the record was made with {}, not {}; the work of the units depends on it: replay again", key,
                       then.value(key, json()).dump(), value.dump()));
 }
 

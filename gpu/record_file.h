@@ -17,25 +17,25 @@
 
 namespace tessera::gpu {
 
-// `replay --record FILE`: what the units of the machine did in each frame, to be timed again on other machines
-// (`tessera time FILE`). What is in the file, all numbers little endian:
+// `replay --record FILE`: the work of the machine's units in each frame, to be timed again on other machines (`tessera
+// time FILE`). Content of the file, all numbers little endian:
 //
 //   "tessera.record/5\n"
-//   u64 bytes, then so many of JSON: what was replayed, the machine and the settings it was replayed with
+//   u64 bytes, then that many bytes of JSON: the capture, the machine and the settings of the replay
 //   for each frame   "F", u64 number, u64 views; for each view (eye)
 //                    u64 bytes of timing::encode(), u64 bytes of its Zstandard frame, and that
 //   "E"
 //
 // Invariants (cited by the tests):
-//   RF1  The reader gives back what was written, frame by frame.
-//   RF2  A file that was cut off or damaged is refused with its name and the byte; so is one whose frames need more than
+//   RF1  The reader returns the written work, frame by frame.
+//   RF2  The reader refuses a truncated or damaged file with its name and the byte, and a file whose frames need more than
 //        the reader's limit.
 class RecordWriter {
  public:
-  // Throws what OutputFile throws.
+  // Throws the errors of OutputFile.
   RecordWriter(const std::filesystem::path& file, const nlohmann::json& head);
 
-  // The work of each eye.
+  // Writes the work of each eye.
   void add(int frame, const std::vector<const timing::FrameWork*>& views);
   void commit();
 
@@ -52,11 +52,11 @@ struct RecordedFrame {
 
 class RecordReader {
  public:
-  // Throws InputError, and LimitError where a frame needs more than max_bytes.
+  // Throws InputError, and LimitError if a frame needs more than max_bytes.
   explicit RecordReader(const std::filesystem::path& file, std::uint64_t max_bytes = std::uint64_t{1} << 30);
 
   const nlohmann::json& head() const { return head_; }
-  // None after the last.
+  // Returns the next frame; nullopt after the last.
   std::optional<RecordedFrame> next();
 
  private:
@@ -71,9 +71,9 @@ class RecordReader {
   nlohmann::json head_;
 };
 
-// The head of a record. Its "events" are the names of the events that the work is made of (hardware/events.def); a record
-// of other events is refused. Its "drawables" name what items belong to: {"first", "stride", "count", "node", "material"};
-// without them where there are more than 65536.
+// The head of a record. Its "events" are the names of the events that the work counts (hardware/events.def); a reader
+// refuses a record of other events. Its "drawables" give the drawables of items: {"first", "stride", "count", "node",
+// "material"}; the head omits them if there are more than 65536.
 nlohmann::json record_head(const std::string& capture, const scene::Assembly& assembly, const GpuConfiguration& gpu,
                            const RunSettings& settings, int width, int height);
 
@@ -84,12 +84,13 @@ struct RecordedMachine {
 };
 RecordedMachine recorded_machine(const nlohmann::json& head, const std::string& file);
 
-// What a record depends on: the machine and the settings, but for the keys that only its timing reads (KeyInfo::timing).
-// Those that a cost criterion of the splitter reads are among it where that is chosen.
+// The keys that a record depends on: the machine and the settings, without the keys that only its timing reads
+// (KeyInfo::timing). If a cost criterion of the splitter is chosen, the keys that it reads are included.
 nlohmann::json functional_json(const GpuConfiguration& gpu, const RunSettings& settings);
 
-// Throws UsageError naming the first key by which `gpu` would have made another record than the machine of `head`. With
-// machine.timing=events the sizes of texture cache and L2 are none: what is asked of them is in the record.
+// Throws UsageError naming the first key whose value in `gpu` would have led to another record than the machine of
+// `head`. With machine.timing=events the sizes of texture cache and L2 are exempt: the record holds the requests to
+// them.
 void check_same_function(const nlohmann::json& head, const GpuConfiguration& gpu, const RunSettings& settings);
 
 }  // namespace tessera::gpu

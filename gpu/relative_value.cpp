@@ -22,7 +22,7 @@ bool is_relative(const json& value) {
 json absolute_value(const KeyInfo& key, const KeyValue& now, const json& value) {
   if (!is_relative(value)) return value;
   const std::string& text = value.get_ref<const std::string&>();
-  // A word of the key may begin like a factor.
+  // A word of the key may look like a factor.
   if (!std::holds_alternative<double>(now) && !std::holds_alternative<std::int64_t>(now)) return value;
   double factor = 0;
   const auto [end, error] = std::from_chars(text.data() + 1, text.data() + text.size(), factor);
@@ -34,7 +34,7 @@ json absolute_value(const KeyInfo& key, const KeyValue& now, const json& value) 
   if (const double* number = std::get_if<double>(&now)) return *number * factor;
   const std::int64_t whole = std::get<std::int64_t>(now);
   const double product = static_cast<double>(whole) * factor, nearest = std::nearbyint(product);
-  if (!(std::abs(product) < 9007199254740992.0)) return product;  // out of range, whichever it is
+  if (!(std::abs(product) < 9007199254740992.0)) return product;  // too large to round: out of range in any case
   if (std::abs(product - nearest) > 1e-9 * std::max(1.0, std::abs(product)))
     throw UsageError(fmt::format("{0}: {1} of {2} is {3:.6g}, not a whole number: set {0}={4:.0f} or {0}={5:.0f}",
                                  key.name, escape_control(text, 80), whole, product, std::floor(product),

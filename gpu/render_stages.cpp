@@ -8,10 +8,10 @@ namespace {
 
 using memory::Purpose;
 
-// Which targets a pass loads and stores.
+// The targets that a pass loads and stores.
 struct PassTargets {
   bool load_color = false, load_depth = false, store_color = false, store_depth = false;
-  bool reloads = false;  // only in rounds after its first: samples of partial renders
+  bool reloads = false;  // only in rounds after the first: samples of partial renders
 };
 
 PassTargets targets_of(std::string_view pass, std::span<const PassResult> passes, std::string_view depth_pass) {
@@ -41,7 +41,7 @@ PassTargets targets_of(std::string_view pass, std::span<const PassResult> passes
   return out;
 }
 
-// An interval that grows.
+// An interval that grows with each added interval.
 struct Extent {
   std::optional<double> begin;
   double end = 0;

@@ -22,8 +22,8 @@ constexpr std::string_view name(RenderStage stage) {
   return kNames[static_cast<std::size_t>(stage)];
 }
 
-// From the first begin to the last end of a stage of a pass, over all of its rounds and tiles. Cycles from the start of the
-// frame.
+// Time from the first begin to the last end of a stage of a pass, over all of its rounds and tiles. Cycles from the
+// start of the frame.
 struct StageSpan {
   RenderStage stage{};
   std::uint32_t pass = 0;  // FrameWork::passes
@@ -37,8 +37,8 @@ struct StageSpan {
 // tile. `depth_pass`: the name of the pass that stores depths into an attachment; "" for none.
 //
 // Invariants (cited by the tests):
-//   RS1  Of a pass Render begins with its first tile and ends when the last of its tiles has nothing left but its store.
-//   RS2  A stage of a pass is there exactly where its ledger says so.
+//   RS1  Render of a pass begins with its first tile and ends when its last tile has only its store left.
+//   RS2  A pass has a stage exactly if its ledger moved the stage's bytes.
 std::vector<StageSpan> render_stages(const FrameTimeline& frame, const timing::FrameWork& work,
                                      std::span<const PassResult> passes, std::string_view depth_pass);
 

@@ -12,7 +12,7 @@ using tilecore::MotionField;
 
 namespace {
 
-// Why nothing comes from the previous frame, where tilecore::advects() says so.
+// The reason why no pixel comes from the previous frame, when tilecore::advects() is false.
 std::string no_advection(const tilecore::ResolveSettings& s) {
   if (s.desampling != tilecore::Desampling::kAdaptive) return "one rate everywhere needs no motion and no history";
   return s.advect ? "resolve.reuse_speed is 0: nothing is slower" : "resolve.advection=false";
@@ -57,9 +57,9 @@ tilecore::ResolveFrame& ResolveSequence::begin(int number, const scene::FrameGeo
       advects                ? "kept for the advection of the next frame"
       : frame_.keeps_records ? "kept for the right eye"
       : tilecore::reads_blocks(settings_)
-          ? "a byte per block for the hysteresis; nobody reads records of pixels: " + no_advection(settings_)
+          ? "a byte per block for the hysteresis; no unit reads records of pixels: " + no_advection(settings_)
       : tilecore::reads_contrast(settings_)
-          ? "a byte per block of contrast; nobody reads records of pixels: " + no_advection(settings_)
+          ? "a byte per block of contrast; no unit reads records of pixels: " + no_advection(settings_)
           : "not kept: " + no_advection(settings_);
   reasons["desampling"] = adaptive ? "resolve.desampling=adaptive" : "resolve.desampling asks for one rate everywhere";
   std::string& advection = reasons["advection"];
@@ -76,13 +76,13 @@ tilecore::ResolveFrame& ResolveSequence::begin(int number, const scene::FrameGeo
     next.camera = tilecore::camera_motion(geometry, *pose_, history());
     frame_.cut = settings_.rates.thresholds.cut > 0 &&
                  tilecore::is_cut(history().camera, next.camera, settings_.rates.thresholds.cut);
-    if (frame_.cut) reasons["desampling"] += "; a cut: what is fast is shaded fully";
+    if (frame_.cut) reasons["desampling"] += "; a cut: fast blocks are shaded fully";
     velocity = motion_->all_still() ? "nothing moved since the last frame: zero without evaluation"
                                     : "evaluated where something moved";
     if (!advects)
       advection = no_advection(settings_);
     else if (motion_->lights().everywhere())
-      advection = "a light changed that reaches everything";
+      advection = "a light that reaches everything changed";
     else
       advection = motion_->lights().none()
                       ? "blocks slower than resolve.reuse_speed"

@@ -10,38 +10,40 @@
 
 namespace tessera::gpu {
 
-// Why an effect ran in a frame, or did not, by its name.
+// By the name of an effect: why it ran in a frame or did not.
 using EffectReasons = std::map<std::string, std::string>;
 
-// Prepares the resolve unit for frame after frame of one eye, and keeps what one frame leaves to the next: its History,
-// and its pose, from which follows where vertices were.
+// Prepares the resolve unit for frame after frame of one eye, and keeps the state that one frame leaves to the next:
+// its History, and its pose, which gives the previous places of vertices.
 class ResolveSequence {
  public:
   ResolveSequence(const tilecore::ResolveSettings& settings, IntRect region);
 
-  // Whether frame `number` could use a pose of the frame before that is not at hand; then the caller gives it to
+  // Whether frame `number` could use a pose of the previous frame that is not kept here; the caller then passes it to
   // begin().
   bool wants_previous_pose(int number) const;
 
-  // The frame that the tile cores work on from now on. `geometry` is its pose; `previous_pose` null: that of the last
-  // frame, if it was the one before. `focus`: where the eye looks, in frame widths and heights. Valid until finish().
+  // Begins the frame that the tile cores work on. `geometry` is its pose; if `previous_pose` is nullptr the last
+  // frame's pose is used, provided it was the previous one. `focus`: focus of the gaze, in frame widths and heights.
+  // The result is valid until finish().
   tilecore::ResolveFrame& begin(int number, const scene::FrameGeometry& geometry,
                                 std::shared_ptr<const scene::FrameGeometry> previous_pose, DVec2 focus,
                                 EffectReasons& reasons);
-  // Of a left eye: a right one takes pixels from its frames, if desampling is adaptive. Call before the first begin().
+  // For a left eye: a right one takes pixels from its frames, if desampling is adaptive. Call it before the first
+  // begin().
   void serve_other_eye() { read_by_other_eye_ = settings_.desampling == tilecore::Desampling::kAdaptive; }
-  // For a right eye: the finished left one. Call after begin().
+  // For a right eye: `other` is the finished left one. Call it after begin().
   void advect_from_other_eye(const scene::FrameGeometry& geometry, const scene::FrameGeometry& other,
                              const tilecore::History& history, float far_depth);
 
-  // The frame is finished: history() is its own from now on.
+  // Finishes the frame: from now on history() is its history.
   void finish();
-  // Its pose, for the next frame.
+  // Keeps the frame's pose for the next frame.
   void keep_pose(std::shared_ptr<const scene::FrameGeometry> pose) { pose_ = std::move(pose); }
 
-  // Of the frame that was finished last; empty before the first.
+  // History of the last finished frame; empty before the first.
   const tilecore::History& history() const { return histories_[last_]; }
-  // Goes on from a history of another replay. Throws UsageError when its region is not this one's.
+  // Continues from a history of another replay. Throws UsageError if its region differs.
   void set_history(tilecore::History history);
 
  private:
@@ -50,7 +52,7 @@ class ResolveSequence {
   bool read_by_other_eye_ = false;
   tilecore::History histories_[2];
   std::size_t last_ = 0;
-  std::shared_ptr<const scene::FrameGeometry> pose_;  // of the frame that was finished last
+  std::shared_ptr<const scene::FrameGeometry> pose_;  // of the last finished frame
   std::unique_ptr<tilecore::MotionField> motion_, eye_motion_;
   tilecore::ResolveFrame frame_;
 };

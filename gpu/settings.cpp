@@ -17,20 +17,20 @@ Keys<EffectSettings> effect_keys() {
   using S = EffectSettings;
   return {
       {"effects.motion", &S::motion,
-       "Motion blur: what the capture asks for; the general kernels everywhere (same image); none."},
+       "Motion blur: on request of the capture; with the general kernels everywhere (same image); never."},
       {"effects.defocus", &S::defocus,
-       "Defocus blur: what the capture's lens asks for; the general kernels everywhere (same image); none."},
+       "Defocus blur: on request of the capture's lens; with the general kernels everywhere (same image); never."},
       {"effects.displacement", &S::displacement,
-       "Displacement: where the capture's maps are not zero; wherever it has maps (same image); none."},
+       "Displacement: where the capture's maps are not zero; wherever it has maps (same image); never."},
       {"effects.alpha_test", &S::alpha_test,
-       "Alpha test: where a masked material may be transparent; all over it (same image); none, masked surfaces are "
-       "opaque."},
-      {"effects.blending", &S::blending, "Blending: what the capture asks for; none, blended surfaces are opaque."},
-      {"effects.procedures", &S::procedures, "Procedures: what the capture has; none."},
+       "Alpha test: where a masked material may be transparent; all over it (same image); never, so that masked "
+       "surfaces are opaque."},
+      {"effects.blending", &S::blending,
+       "Blending: on request of the capture; never, so that blended surfaces are opaque."},
+      {"effects.procedures", &S::procedures, "Procedures: all of the capture's are drawn; none."},
       {"effects.shadows", &S::shadows,
-       "Shadows: of the lights that the capture names; none; or of all lights, directional ones in four maps of 1024 "
-       "texels "
-       "a side, others in one of that size for each direction that they need."},
+       "Shadows: of the lights that the capture names; none; or of all lights, with four maps of 1024 texels a side "
+       "for a directional one, and one map of that size for each direction that another light needs."},
   };
 }
 
@@ -41,7 +41,7 @@ Keys<StereoSettings> stereo_keys() {
        "Renders a second image for a right eye this far to the right of the camera, which is the left eye; 0 is one "
        "eye."},
       {"stereo.far_depth", &S::far_depth, "scene units", 0, 1e9,
-       "With desampling the right eye takes pixels from the left where both see farther than this."},
+       "With desampling the right eye takes pixels from the left eye if both see farther than this."},
   };
 }
 
@@ -51,7 +51,7 @@ Keys<PostSettings> post_keys() {
       {"post.bloom", &S::bloom, "", 0, 1,
        "Share of a pixel's light that the bloom of a capture spreads around it; 0 leaves the passes of the bloom out."},
       {"post.bloom_levels", &S::bloom_levels, "", 0, scene::Attachment::kMaxLevels,
-       "Levels of a bloom; 0 takes as many as the capture's attachment has."},
+       "Levels of a bloom; 0 takes the number of levels of the capture's attachment."},
   };
 }
 

@@ -19,9 +19,9 @@
 
 namespace tessera::gpu {
 
-// What becomes of an effect: what the capture asks for; the general kernels everywhere (same image); none.
+// Use of an effect: on request of the capture; the general kernels everywhere (same image); never.
 enum class EffectMode : std::uint8_t { kAuto, kOn, kOff };
-// Of effects that have no other kernels: what the capture asks for, or none.
+// Use of an effect without general kernels: on request of the capture, or never.
 enum class EffectSwitch : std::uint8_t { kAuto, kOff };
 
 // Keys effects.*.
@@ -53,7 +53,7 @@ struct OutputSettings {
   double exposure = 0;  // 0: the capture's
 };
 
-// What a user chooses about a replay, besides the described machine: the settings of the units that have some.
+// A user's choices about a replay, besides the described machine: the settings of the units that have some.
 struct RunSettings {
   tilecore::PatternSettings sampling;
   scene::TessellationSettings tessellation;
@@ -71,16 +71,15 @@ struct RunSettings {
 const KeyTable<RunSettings>& settings_keys();
 nlohmann::json settings_json(const RunSettings& settings);
 
-// Sets whichever of the two has the key; a former name sets the key that it is called now, and leaves a note in
-// gpu.key_notes. Throws UsageError for an unknown key (naming the nearest known one) or a value
-// out of range.
+// Sets the key in whichever of the two has it; a former name sets the key that replaced it, and leaves a note in
+// gpu.key_notes. Throws UsageError for an unknown key (naming the nearest known one) or a value out of range.
 void set_key(const std::string& name, const nlohmann::json& value, RunSettings& settings, GpuConfiguration& gpu);
 
 // All keys that set_key knows.
 const std::vector<std::string>& known_keys();
 
-// Applies "KEY=VALUE", or "KEY=xFACTOR" for numbers of the machine, to whichever of the two has the key. Throws UsageError for a text without "=", an unknown key
-// (naming the nearest known one) or a value out of range.
+// Applies "KEY=VALUE", or "KEY=xFACTOR" for numbers of the machine, to whichever of the two has the key. Throws
+// UsageError for a text without "=", an unknown key (naming the nearest known one) or a value out of range.
 void apply_setting(const std::string& text, RunSettings& settings, GpuConfiguration& gpu);
 
 }  // namespace tessera::gpu

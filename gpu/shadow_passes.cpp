@@ -16,7 +16,7 @@ namespace {
 using scene::Capture;
 using shaders::Light;
 
-// A spot light whose cone an animation widens may come to need a cube.
+// A spot light may come to need a cube if an animation widens its cone.
 bool cone_is_animated(const Capture& capture, int light) {
   const auto moves = [&](const scene::AnimationChannel& channel) {
     return channel.path == scene::AnimatedPath::kOuterCone && channel.object == light;
@@ -32,10 +32,10 @@ int max_layers(const Capture& capture, const scene::ShadowRequest& request) {
   return scene::needs_cube(light) || cone_is_animated(capture, request.light) ? 6 : 1;
 }
 
-// A scene at a time of the shutter that maps show.
+// The scene at a time of the shutter, for the maps of that time.
 struct Moment {
   double time;
-  std::unique_ptr<scene::FrameGeometry> posed;  // null: the frame's own
+  std::unique_ptr<scene::FrameGeometry> posed;  // nullptr: the frame's own pose
   const scene::FrameGeometry* scene;
 };
 
@@ -50,7 +50,7 @@ std::vector<Moment> moments_of(const scene::FrameGeometry& frame, const scene::S
   return moments;
 }
 
-// The machine and settings of a job, without everything that colours take.
+// The machine and settings of a job, without the features that only colours need.
 tilecore::TileJob depth_job(const tilecore::TileJob& view) {
   tilecore::TileJob job;
   job.machine = view.machine, job.core = view.core;
@@ -115,7 +115,7 @@ void ShadowPasses::render(const tilecore::TileJob& view_job, WorkRecorder& recor
         if (!gpu_.tile.rendering_elimination) continue;
         Slot::Layer& layer = slots_[slot].layers[static_cast<std::size_t>(target.layer)];
         layer.kept = number;
-        // Maps whose lists were not whole may hold anything.
+        // A map whose lists were not whole has unknown content.
         signature.add_value(layer.inputs.of_all_tiles().value_or(hash32(static_cast<std::uint32_t>(number), 0)));
       }
       casters.push_back({lights[k].light, views_[m][k], &maps_[slot], first_layer, moments[m].time});
@@ -144,7 +144,7 @@ void ShadowPasses::render_map(const tilecore::TileJob& view_job, const scene::Fr
   Slot::Layer& layer = slots_[target.slot].layers[static_cast<std::size_t>(target.layer)];
   if (gpu_.tile.rendering_elimination) {
     layer.inputs.begin(layer.kept && *layer.kept == number - 1);
-    layer.kept.reset();  // a frame that is not finished leaves nothing
+    layer.kept.reset();  // a frame that does not finish leaves no state
     run.inputs = &layer.inputs;
   }
   run.first_tile = target.first_tile;

@@ -13,30 +13,30 @@
 
 namespace tessera::gpu {
 
-// The maps of a capture's lights, and the passes that draw them: one for each map, before what looks them up.
+// The maps of a capture's lights, and the passes that draw them: one for each map, before the passes that look them up.
 class ShadowPasses {
  public:
-  // All must outlive it. Throws LimitError where more than scene::ShadowRequest::kMaxLights lights cast, BudgetError where
+  // All must outlive it. Throws LimitError if more than scene::ShadowRequest::kMaxLights lights cast, BudgetError if
   // their maps take more memory than reading the capture left.
   ShadowPasses(const scene::Assembly& assembly, const frontend::PyramidLibrary& pyramids, const GpuConfiguration& gpu,
                const RunSettings& settings, Pipeline::Cores cores);
 
-  // The maps of all lights that may cast in some frame; empty where nothing casts.
+  // The maps of all lights that may cast in some frame; empty if no light casts.
   std::span<const tilecore::DepthMaps> maps() const { return maps_; }
 
   // Draws the maps of the frame number `number`. `view`: the job that will look them up. `result` gets host times;
   // finish() adds counters and passes to it.
   void render(const tilecore::TileJob& view, WorkRecorder& recorder, WorkProgress* progress, int number,
               FrameResult& result);
-  // One signature of all maps of that frame, which tiles that look them up depend on. Only with
+  // One signature of all maps of that frame, an input of every tile that looks them up. Only with
   // tile.rendering_elimination.
   std::uint64_t signature() const { return signature_; }
-  // The shadows that the pixel shader looks up in the frame rendered last; null where no light of it casts.
+  // The shadows that the pixel shader looks up in the last rendered frame; nullptr if no light of it casts.
   const tilecore::FrameShadows* shadows() const { return shadows_ ? &*shadows_ : nullptr; }
   bool any_pass() const { return !results_.empty(); }
   // The maps in which the passes stored anything; valid until finish().
   std::vector<const tilecore::DepthMaps*> stored() const;
-  // Adds the counters of the passes to those of the view, and puts them before its own passes.
+  // Adds the counters of the passes to the view's counters, and puts the passes before the view's own.
   void finish(FrameResult& result);
 
  private:
@@ -49,7 +49,7 @@ class ShadowPasses {
     int layers_at_once;         // maps of one time
     std::vector<Layer> layers;  // time by time
   };
-  // Where a map is drawn.
+  // The map that a pass draws into.
   struct Target {
     std::size_t slot;
     int layer;

@@ -10,8 +10,8 @@
 
 namespace tessera::gpu {
 
-// What one tile of a frame asked of its core, partial renders and second passes included. Every member is a map of the
-// report; kTileMapFields declares it.
+// The work of one tile of a frame, partial renders and second passes included. Every member is a map of the report;
+// kTileMapFields declares it.
 struct TileCounts {
   std::uint64_t entries = 0;
   std::uint64_t queue_bytes_read = 0;
@@ -34,8 +34,8 @@ struct TileCounts {
   std::uint64_t pixel_shader_invocations = 0;
 };
 
-// Declaration of one map. `counter` is the counter of the frame that the map adds up to over all tiles; "" when there
-// is none.
+// Declaration of one map. `counter` is the frame's counter to which the map adds up over all tiles; "" if there is
+// none.
 struct TileMapField {
   std::string_view name;
   std::uint64_t TileCounts::*member;
@@ -48,18 +48,19 @@ inline constexpr auto kTileMapFields = std::to_array<TileMapField>({
     {"queue_bytes_read", &TileCounts::queue_bytes_read, "bytes",
      "Bytes of its lists and of the sub-patch table that the tile read.", "binner.queue_bytes_read"},
     {"culled_occlusion", &TileCounts::culled_occlusion, "entries",
-     "Entries dropped because all samples of the tile saw something nearer.", "tilecore.culled_occlusion"},
+     "Entries dropped because all samples of the tile saw a nearer surface.", "tilecore.culled_occlusion"},
     {"sub_patches", &TileCounts::sub_patches, "sub-patches",
      "Tessellated sub-patches that the tile tested, from the cache or made anew.", "tilecore.tessellation_requests"},
     {"moving_sub_patches", &TileCounts::moving_sub_patches, "sub-patches",
-     "Those of them that ran the kernels for motion.", ""},
+     "Sub-patches of these that ran the kernels for motion.", ""},
     {"defocused_sub_patches", &TileCounts::defocused_sub_patches, "sub-patches",
-     "Those that ran the kernels for the lens.", ""},
-    {"displaced_sub_patches", &TileCounts::displaced_sub_patches, "sub-patches", "Those whose vertices were displaced.",
-     ""},
+     "Sub-patches of these that ran the kernels for the lens.", ""},
+    {"displaced_sub_patches", &TileCounts::displaced_sub_patches, "sub-patches",
+     "Sub-patches of these whose vertices were displaced.", ""},
     {"alpha_tested_sub_patches", &TileCounts::alpha_tested_sub_patches, "sub-patches",
-     "Those whose hits were tested for alpha.", ""},
-    {"blended_sub_patches", &TileCounts::blended_sub_patches, "sub-patches", "Those that were kept as layers.", ""},
+     "Sub-patches of these whose hits were tested for alpha.", ""},
+    {"blended_sub_patches", &TileCounts::blended_sub_patches, "sub-patches",
+     "Sub-patches of these that were kept as layers.", ""},
     {"procedure_samples", &TileCounts::procedure_samples, "samples",
      "Samples of procedures that the tile's array took.", "procedures.samples"},
     {"desampled_blocks", &TileCounts::desampled_blocks, "blocks",
@@ -81,7 +82,7 @@ inline constexpr auto kTileMapFields = std::to_array<TileMapField>({
 static_assert(sizeof(TileCounts) == sizeof(std::uint64_t) * kTileMapFields.size(),
               "each map needs exactly one declaration");
 
-// The maps of one frame, tile by tile, row by row from the top left. They follow from the frame alone, as counters do.
+// The maps of one frame, tile by tile, row by row from the top left. Like counters, they follow from the frame alone.
 struct TileMaps {
   int x0 = 0, y0 = 0;  // pixel of the frame at which the first tile begins; it may lie before the region
   int tile_width = 0, tile_height = 0, columns = 0, rows = 0;
@@ -94,10 +95,10 @@ struct TileMaps {
   void add(const TileMaps& view);
 };
 
-// Adds what the tile's core counted.
+// Adds the counters of the tile's core.
 void count_work(const tilecore::CoreCounters& counted, TileCounts& work);
 
-// Adds what the tile asked of the tessellator.
+// Adds the tile's requests to the tessellator.
 void count_tessellations(const std::vector<tilecore::TessellationRequest>& requests, TileCounts& work);
 
 }  // namespace tessera::gpu

@@ -5,16 +5,17 @@
 #include <utility>
 
 #include "base/check.h"
+#include "base/round_up.h"
 #include "base/thread_clock.h"
 #include "gpu/image_passes.h"
 
 namespace tessera::gpu {
 namespace {
 
-// Neighbours that one thread renders: it finds most of their meshes in its own memory.
+// Number of neighbouring tiles that one thread renders: it finds most of their meshes in its own memory.
 constexpr std::size_t kTilesTogether = 16;
 
-// Adds the thread's processor time since it was made.
+// Adds the thread's processor time during the object's life.
 class BusyTimer {
  public:
   explicit BusyTimer(double& seconds) : seconds_(seconds), start_(thread_seconds()) {}
@@ -39,11 +40,11 @@ auto bytes_of(std::uint64_t pixel_bytes) {
 struct TileScheduler::Round {
   WorkRecorder::Round work;
   std::vector<SharedRequests> shared;            // per tile
-  std::vector<tilecore::TileState>& unfinished;  // empty but for partial renders
+  std::vector<tilecore::TileState>& unfinished;  // empty unless there are partial renders
   const GeometryPass& pass;
-  bool last;                    // of the pass: no partial render follows
+  bool last;                    // last round of the pass: no partial render follows
   std::vector<bool> unchanged;  // tiles that are not rendered; empty: none
-  // Units that tiles share, as the tiles before in emulated order left them.
+  // Units that tiles share, in the state that earlier tiles in emulated order left.
   binner::RecordCache records;
   TileArray depths{memory::Unit::kTilecore, memory::Purpose::kCoarseDepth, true};
   std::uint64_t depth_offset = 0;
@@ -65,6 +66,10 @@ void TileScheduler::render_tile(Round& round, std::size_t t) {
   std::vector<binner::ListEntry> entries = binner_.read_tile(*job.frame, tile, ledger, counts.queue_bytes_read);
   core.charge(ledger);
   SharedRequests& shared = round.shared[t];
+  const auto blends = [&](const binner::ListEntry& entry) {
+    return job.frame->drawable_of(entry.base_patch).material->alpha_mode == scene::AlphaMode::kBlend;
+  };
+  if (round.pass.depths_only) std::erase_if(entries, blends);
   for (const binner::ListEntry& entry : entries) shared.records.push_back(entry.record);
   if (std::vector<scene::MaterialEffects>& drawn = run_.result.materials.tiles; !drawn.empty())
     for (const binner::ListEntry& entry : entries)
@@ -73,7 +78,11 @@ void TileScheduler::render_tile(Round& round, std::size_t t) {
   tilecore::TileState& state = round.unfinished.empty() ? fresh : round.unfinished[t];
   if (round.last || !entries.empty()) {
     shared.began = !state.started && round.pass.only.empty();
-    if (shared.began && job.actions.load_color && !job.actions.color) core.load_frame(job, tile);
+    state.depths_alone = round.pass.depths_only;
+    if (!prepass_.empty() && !round.pass.depths_only && shared.began)
+      state.hide_behind(prepass_[t], job.grid->pixels(tile).width(), job.pattern->samples_per_pixel());
+    if (shared.began && !round.pass.depths_only && !stores_gbuffer() && job.actions.load_color && !job.actions.color)
+      core.load_frame(job, tile);
     if (state.started) core.load_state(job, state);
     if (run_.record != nullptr)
       for (const binner::ListEntry& entry : entries) {
@@ -88,12 +97,13 @@ void TileScheduler::render_tile(Round& round, std::size_t t) {
   }
   tilecore::TileResult result = core.take_result();
   count_tessellations(result.tessellations, counts);
-  work.end(job, result, shared.finished);
+  work.end(job, result, shared.finished && !stores_gbuffer());
   count_work(result.counters, counts);
   shared.tessellations = std::move(result.tessellations);
   shared.hidden = std::move(result.hidden);
   shared.cells = std::move(result.cells);
   shared.stored = result.stored;
+  if (shared.finished && stores_gbuffer()) light_tile(t, state);
 }
 
 bool TileScheduler::finish_tile(const Round& round, std::size_t t, tilecore::TileState& state) {
@@ -101,7 +111,11 @@ bool TileScheduler::finish_tile(const Round& round, std::size_t t, tilecore::Til
   const auto tile = static_cast<binner::TileIndex>(t);
   tilecore::TileCore& core = cores_.local();
   const bool finished = open.empty() || !open[t];
-  if (run_.job.depths != nullptr)
+  if (round.pass.depths_only)
+    prepass_[t] = core.prepass_depths(state);
+  else if (stores_gbuffer())
+    core.fill(run_.job, tile, state);
+  else if (run_.job.depths != nullptr)
     core.finish_depths(run_.job, tile, state);
   else if (finished)
     core.finish(run_.job, tile, state, run_.result.targets, !open.empty());
@@ -153,8 +167,7 @@ void TileScheduler::share_signatures(WorkRecorder::Round& round, std::span<const
 void TileScheduler::load(WorkRecorder::Round& round, std::span<const SharedRequests> tiles,
                          const tilecore::ColorAttachment& attachment) {
   this->tiles().move(round, {memory::Unit::kTilecore, memory::Purpose::kAttachment, false, attachment.base},
-                     bytes_of(attachment.coder.pixel_bytes()),
-                     [&](binner::TileIndex tile) { return tiles[tile].began; });
+                     bytes_of(attachment.pixel_bytes()), [&](binner::TileIndex tile) { return tiles[tile].began; });
 }
 
 void TileScheduler::share_stores(WorkRecorder::Round& round, std::span<const SharedRequests> tiles,
@@ -165,7 +178,7 @@ void TileScheduler::share_stores(WorkRecorder::Round& round, std::span<const Sha
   const auto finished = [&](binner::TileIndex tile) { return tiles[tile].finished; };
   const OrderedTiles all = this->tiles();
   if (actions.color) {
-    const auto bytes = bytes_of(actions.color->coder.pixel_bytes());
+    const auto bytes = bytes_of(actions.color->pixel_bytes());
     if (actions.load_color) load(round, tiles, *actions.color);
     all.move(round, {Unit::kResolve, Purpose::kAttachment, true, actions.color->base}, bytes, finished);
   } else {
@@ -217,6 +230,8 @@ void TileScheduler::render(const GeometryPass& pass) {
   const tilecore::TileJob& job = run_.job;
   const binner::TileIndex tile_count = binner_.grid().tile_count();
   const bool whole = pass.only.empty() && pass.open.empty();
+  if (pass.depths_only) prepass_.resize(tile_count);
+  if (stores_gbuffer()) lit_.resize(tile_count);
   binner::Binner::Cursor cursor;
   if (run_.record != nullptr) run_.record->entries.resize(tile_count);
   std::vector<tilecore::TileState> unfinished;
@@ -263,7 +278,13 @@ void TileScheduler::render(const GeometryPass& pass) {
         [&](std::size_t k) { share(round, order[k]); });
     if (run_.progress != nullptr) run_.progress->end();
     busy_seconds.for_each([&](double seconds) { run_.result.stage_seconds["tile_threads"] += seconds; });
-    share_stores(round.work, round.shared, job.actions);
+    if (pass.depths_only)
+      move_depths(round.work, round.shared, true);
+    else if (stores_gbuffer())
+      move_gbuffer(round.work, round.shared, true);
+    else
+      share_stores(round.work, round.shared, job.actions);
+    if (!prepass_.empty() && !pass.depths_only) move_depths(round.work, round.shared, false);
     share_flags(round);
     if (done && !pass.open.empty()) move_scene_color(round.work, tiles(), job, 0, true);
     run_.result.counters.ledger += round.records.ledger();
@@ -297,6 +318,66 @@ void TileScheduler::render(const ImagePass& pass) {
   if (pass.loads != nullptr) load(round, shared, *pass.loads);
   if (pass.share) pass.share(round);
   pass_end_(pass.name);
+}
+
+// ---- Shading paths
+
+void TileScheduler::light_tile(std::size_t t, tilecore::TileState& state) {
+  tilecore::TileCore& core = cores_.local();
+  Lit& lit = lit_[t];
+  lit.there = true;
+  if (run_.recorder.binner_log() != nullptr) core.record_accesses(&lit.log);
+  core.light(run_.job, static_cast<binner::TileIndex>(t), state, run_.result.targets);
+  lit.result = core.take_result();
+}
+
+void TileScheduler::light() {
+  const StageTimer timer(run_.result, "light");
+  WorkRecorder::Round round = run_.recorder.begin_round(binner_, order_, {"light", true});
+  std::vector<SharedRequests> shared(binner_.grid().tile_count());
+  for (const binner::TileIndex t : order_.tiles()) {
+    Lit& lit = lit_[t];
+    if (!lit.there) continue;
+    WorkRecorder::Tile work = round.tile(t);
+    if (work.log() != nullptr) *work.log() = std::move(lit.log);
+    shared[t].began = shared[t].finished = true;
+    shared[t].stored = lit.result.stored;
+    work.end(run_.job, lit.result, true);
+    count_work(lit.result.counters, run_.result.maps.tiles[t]);
+    round.share_lookups(t);
+  }
+  move_gbuffer(round, shared, false);
+  share_stores(round, shared, run_.job.actions);
+  pass_end_("light");
+}
+
+std::uint64_t TileScheduler::move_samples(WorkRecorder::Round& round, std::span<const SharedRequests> tiles, bool write,
+                                          std::uint64_t offset, std::uint64_t sample_bytes) {
+  const TileArray samples{write ? memory::Unit::kResolve : memory::Unit::kTilecore, memory::Purpose::kAttachment, write,
+                          run_.attachment_bytes + offset};
+  return this->tiles().move(round, samples,
+                            bytes_of(sample_bytes * static_cast<std::uint64_t>(run_.job.pattern->samples_per_pixel())),
+                            [&](binner::TileIndex tile) { return write ? tiles[tile].finished : tiles[tile].began; });
+}
+
+void TileScheduler::move_depths(WorkRecorder::Round& round, std::span<const SharedRequests> tiles, bool write) {
+  constexpr std::uint64_t kDepthBytes = 4;
+  run_.result.counters.gbuffer.depth_bytes += move_samples(round, tiles, write, 0, kDepthBytes);
+}
+
+void TileScheduler::move_gbuffer(WorkRecorder::Round& round, std::span<const SharedRequests> tiles, bool write) {
+  const std::uint64_t bytes = run_.job.shading.gbuffer_bytes();
+  // Places follow from depths, unless the records name them.
+  const bool packed = run_.job.shading.layout == tilecore::GbufferLayout::kPacked;
+  const IntRect& region = binner_.grid().region();
+  const std::uint64_t depths =
+      round_up(4 * static_cast<std::uint64_t>(region.width()) * static_cast<std::uint64_t>(region.height()) *
+                   static_cast<std::uint64_t>(run_.job.pattern->samples_per_pixel()),
+               run_.job.burst_bytes());
+  if (packed) move_depths(round, tiles, write);
+  tilecore::GbufferCounters& counters = run_.result.counters.gbuffer;
+  (write ? counters.stored_bytes : counters.loaded_bytes) +=
+      move_samples(round, tiles, write, packed ? depths : 0, bytes);
 }
 
 void TileScheduler::empty_lists() {

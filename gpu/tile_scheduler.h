@@ -20,48 +20,53 @@
 
 namespace tessera::gpu {
 
-// A run of the machine over one view: what the scheduler works on and into.
+// A run of the machine over one view: the scheduler's inputs and outputs.
 struct ViewRun {
   const GpuConfiguration& gpu;
   const tilecore::TileJob& job;
   WorkRecorder& recorder;
   FrameResult& result;
-  ObservedWork* record;  // nullptr if nobody observes the frame
+  ObservedWork* record;  // nullptr if no observer is set
   WorkProgress* progress = nullptr;
-  InputSignatures* inputs = nullptr;  // rendering elimination; null: all tiles are rendered
+  InputSignatures* inputs = nullptr;  // rendering elimination; nullptr: all tiles are rendered
   std::string_view pass = "main";     // name of its last pass that draws, or only one
   std::uint32_t first_tile = 0;       // WorkRecorder::begin_view()
-  bool waits = true;                  // the geometry of its first pass does, for the tiles of all passes before
+  bool waits = true;                  // the geometry of its first pass waits for the tiles of all passes before
   std::span<const CopyPass> copies{};
-  const Bloom* bloom = nullptr;  // before them; nullptr: none
+  const Bloom* bloom = nullptr;  // before the copies; nullptr: none
   float bloom_strength = 0;
+  std::uint64_t attachment_bytes = 0;  // what shading paths store lies behind
 };
 
-// The tiles of a view in the machine's order, in which they take their pieces of arrays.
+// The tiles of a view in the machine's order, which is also the order of their pieces of arrays.
 struct OrderedTiles {
   const tilecore::TileOrder& order;
   const binner::TileGrid& grid;
 
-  // Every tile has `bytes(pixels)` of an array, one behind the other; those move theirs for which `moves(tile)`.
+  // Every tile has a piece of `bytes(pixels)` bytes in an array, back to back; tiles with `moves(tile)` move their
+  // pieces.
+  // Returns the bytes on the bus.
   template <class Bytes, class Moves>
-  void move(WorkRecorder::Round& round, TileArray array, const Bytes& bytes, const Moves& moves) const {
-    std::uint64_t offset = 0;
+  std::uint64_t move(WorkRecorder::Round& round, TileArray array, const Bytes& bytes, const Moves& moves) const {
+    std::uint64_t offset = 0, moved = 0;
     for (const binner::TileIndex tile : order.tiles()) {
       const std::uint64_t piece = bytes(grid.pixels(tile));
-      if (moves(tile)) round.move(tile, array, offset, piece);
+      if (moves(tile)) moved += round.move(tile, array, offset, piece);
       offset += piece;
     }
+    return moved;
   }
 };
 
-// A pass that draws: the binner fills the parameter buffer, tiles render what their lists hold and are finished.
+// A pass that draws: the binner fills the parameter buffer, tiles render the entries of their lists and are finished.
 struct GeometryPass {
   std::string_view name;
   std::span<const frontend::BoundedSubPatch> sub_patches;
   std::vector<bool> only{};  // the tiles that are rendered; empty: all
-  std::vector<bool> open{};  // tiles that store scene color and are not finished, as something transmits; empty: none
-  bool binned = false;       // the lists hold all already
-  bool waits = true;         // its geometry does, for the tiles of the passes before
+  std::vector<bool> open{};  // tiles that store scene color and stay unfinished for transmissive surfaces; empty: none
+  bool binned = false;       // the lists hold all sub-patches already
+  bool waits = true;         // its geometry waits for the tiles of earlier passes
+  bool depths_only = false;  // a prepass: tiles store the depths of opaque surfaces alone
 };
 
 // A pass over the tiles of an image, without lists.
@@ -69,48 +74,66 @@ struct ImagePass {
   std::string_view name;
   const char* stage;  // of StageTimer
   bool waits = true;
-  const CopyPass* copy = nullptr;  // what it moves; it leaves out tiles that rendering elimination left out
-  const tilecore::ColorAttachment* loads = nullptr;  // what its tiles load; nullptr: nothing, or what `copy` says
+  const CopyPass* copy = nullptr;  // the copy of its tiles; it omits tiles that rendering elimination omits
+  const tilecore::ColorAttachment* loads = nullptr;  // attachment to load; nullptr: none, or the source of `copy`
   std::function<void()> begin{};                     // on the host, before any tile
   std::function<void(tilecore::TileCore&, binner::TileIndex)> work{};
   std::function<void(WorkRecorder::Round&)> share{};  // arrays that tiles share, after the last one
 };
 
-// Gives tiles to the tile cores, in rounds. A parameter buffer that was too small leads to a round of partial renders and
-// to a further round.
+// Gives tiles to the tile cores, in rounds. If the parameter buffer is too small, a round of partial renders precedes a
+// further round.
 //
-// Tiles go to any thread, begun in the machine's order (tilecore.tile_order). Counters and images do not depend on it:
-// what tiles share they use in that order, while later tiles are rendered.
+// Tiles go to any thread and begin in the machine's order (tilecore.tile_order). Counters and images do not depend on
+// the threads: tiles use shared units in that order, while later tiles are rendered.
 class TileScheduler {
  public:
-  // Called when a pass has ended, with its name.
+  // Called with the name of a pass when the pass ends.
   using PassEnd = std::function<void(std::string_view)>;
   TileScheduler(const ViewRun& run, PerThread<tilecore::TileCore>& cores, binner::Binner& binner,
                 const tilecore::TileOrder& order, tilecore::TessellationCache& cache, PassEnd pass_end);
 
   void render(const GeometryPass& pass);
   void render(const ImagePass& pass);
+  // With a G-buffer in memory, behind the pass that stored it: loads and lights it, and stores the pixels.
+  void light();
 
   OrderedTiles tiles() const { return {order_, binner_.grid()}; }
 
-  // Of all tiles, and the sub-patch table.
+  // Empties the lists of all tiles, and the sub-patch table.
   void empty_lists();
 
-  // What the depths take that tile cores store for the next frame: 2 bytes a block, tile by tile in the machine's order.
+  // Bytes of the depths that tile cores store for the next frame: 2 bytes a block, tile by tile in the machine's order.
   std::uint64_t depth_bytes() const { return tile_depth_bytes() * binner_.grid().tile_count(); }
 
  private:
   struct Round;
-  // False: the tile will be rendered again with what transmits.
+  // The work of light() for a tile, which its core does right after it has filled the tile's part of the G-buffer.
+  struct Lit {
+    bool there = false;
+    tilecore::TileResult result;
+    memory::AccessLog log;
+  };
+  bool stores_gbuffer() const {
+    return run_.job.depths == nullptr && run_.job.shading.path == tilecore::ShadingPath::kGbufferExternal;
+  }
+  void light_tile(std::size_t tile, tilecore::TileState& state);
+  // Charges tiles for an array of so many bytes a sample that a shading path stores or loads.
+  std::uint64_t move_samples(WorkRecorder::Round& round, std::span<const SharedRequests> tiles, bool write,
+                             std::uint64_t offset, std::uint64_t sample_bytes);
+  // Charges tiles for the depths of a prepass, or for a G-buffer and its depths.
+  void move_depths(WorkRecorder::Round& round, std::span<const SharedRequests> tiles, bool write);
+  void move_gbuffer(WorkRecorder::Round& round, std::span<const SharedRequests> tiles, bool write);
+  // Returns false if the tile will be rendered again with the transmissive surfaces.
   bool finish_tile(const Round& round, std::size_t tile, tilecore::TileState& state);
   void render_tile(Round& round, std::size_t tile);
-  // Which tiles need not be rendered; empty: all do. `complete`: the lists hold all sub-patches.
+  // The tiles that need no rendering; empty: all tiles need it. `complete`: the lists hold all sub-patches.
   std::vector<bool> compare_inputs(bool complete);
   std::uint64_t tile_depth_bytes() const;
   SignatureMemory signature_memory() const;
-  // The flags of a map's tiles.
+  // Shares the flags of a shadow map's tiles.
   void share_flags(Round& round);
-  // Charges the tiles of a pass that has ended for attachments and, where they store the frame, for its headers and for
+  // Charges the tiles of an ended pass for storing attachments and, if they store the frame, for its headers and for
   // signatures of its colours.
   void share_stores(WorkRecorder::Round& round, std::span<const SharedRequests> tiles,
                     const tilecore::AttachmentActions& actions);
@@ -128,8 +151,10 @@ class TileScheduler {
   tilecore::TessellationCache& cache_;
   PassEnd pass_end_;
   bool first_pass_ = true;
-  std::vector<bool> unchanged_;       // tiles that rendering elimination left out; empty: none
-  std::uint32_t records_before_ = 0;  // of the sub-patch tables that were emptied
+  std::vector<Lit> lit_;                     // by tile; empty: no G-buffer is stored
+  std::vector<std::vector<float>> prepass_;  // depths of its samples, by tile; empty: no prepass was before
+  std::vector<bool> unchanged_;              // tiles that rendering elimination omitted; empty: none
+  std::uint32_t records_before_ = 0;         // number of records in the emptied sub-patch tables
 };
 
 }  // namespace tessera::gpu

@@ -14,10 +14,10 @@ namespace {
 
 constexpr int kFrontEndTrack = 1, kBinnerTrack = 2, kDramTrack = 3, kFirstStageTrack = 16, kFirstSlotTrack = 256,
               kSlotsOfCore = 16;
-// Tracks that a stage may have, for passes that overlap.
+// Most tracks of a stage, for passes that overlap.
 constexpr std::size_t kMaxRows = 32;
 
-// A pass's name before that of a slice, where a frame has several.
+// Prefix of a slice's name: the name of its pass, if the frame has several.
 std::string pass_prefix(const timing::FrameWork& work, std::uint32_t pass) {
   return work.passes.size() > 1 ? work.passes[pass] + ": " : std::string();
 }
@@ -72,7 +72,7 @@ void Timeline::add_geometry(const MachineModel& model, const FrameTimeline& fram
   }
 }
 
-// Each pass is in the first row of its stage that is free by then.
+// Each pass takes the first row of its stage that is free when the pass begins.
 void Timeline::add_stages(const FrameResult& result, const FrameTimeline& frame) {
   const timing::FrameWork& work = result.model->record.work;
   std::vector<StageSpan> spans = render_stages(frame, work, result.passes, depth_pass_);
@@ -134,7 +134,7 @@ void Timeline::add_memory(const FrameTimeline& frame) {
   for (const auto& [at, bytes] : frame.list_bytes) counter("live list memory", "bytes", at, bytes);
 }
 
-// Tiles that are at work, and that wait, from one change to the next.
+// Numbers of working and of waiting tiles, from one change to the next.
 void Timeline::add_waits(const FrameTimeline& frame) {
   constexpr std::array<std::string_view, 3> kNames = {"tiles at work", "tiles waiting for a unit",
                                                       "tiles waiting for data"};

@@ -18,10 +18,10 @@ namespace tessera::gpu {
 //
 // Tracks: front end, binner, DRAM, the queues of render stages, and one for each tile that each core can hold. A queue has
 // a slice for each pass that has the stage (gpu/render_stages.h): Binning on the vertex queue, LoadColor, LoadDepth,
-// Render, StoreColor and StoreDepth on rows of the fragment queue. Passes that overlap have rows of their own. A tile is a slice of its slot from when
-// its core took it until it is stored, and in it what it is at (Activity); its arguments say where it is, what it is made
-// of and what it waited for. Counters: DRAM bandwidth (GB/s), live list memory (bytes), tiles at work and tiles that wait,
-// by why, and how busy each unit is (%).
+// Render, StoreColor and StoreDepth on rows of the fragment queue. Passes that overlap have rows of their own. A tile
+// is a slice of its slot from the time its core took it until it is stored; slices inside it show its activities
+// (Activity). Its arguments give its place, its content and the causes of its waits. Counters: DRAM bandwidth (GB/s),
+// live list memory (bytes), working tiles and waiting tiles by cause, and the load of each unit (%).
 //
 // Time: model cycles scaled to microseconds by clock.mhz, rounded down to 1/1024 (exact in binary, so that sums of a
 // begin and a duration are, too). Frames follow each other without a gap.
@@ -38,7 +38,7 @@ class Timeline {
   // `depth_pass`: as render_stages() takes it.
   Timeline(const std::filesystem::path& file, const GpuConfiguration& gpu, Limits limits, std::string depth_pass = "");
 
-  // A frame with its model.
+  // Adds a frame that has a machine model.
   void add(const FrameResult& result);
   // Finishes the file. Throws WriteError, as add() does.
   void commit() { file_->commit(); }
@@ -62,8 +62,8 @@ class Timeline {
   Limits limits_;
   std::string depth_pass_;
   double start_ = 0;                                   // cycle at which the current frame begins
-  std::vector<std::uint32_t> slots_;                   // by core: that have a track
-  std::array<std::size_t, kRenderStageCount> rows_{};  // by stage: that have a track
+  std::vector<std::uint32_t> slots_;                   // by core: slots that have a track
+  std::array<std::size_t, kRenderStageCount> rows_{};  // by stage: rows that have a track
 };
 
 }  // namespace tessera::gpu

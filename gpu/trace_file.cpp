@@ -86,7 +86,7 @@ class Message {
   std::string bytes_;
 };
 
-// Field numbers of perfetto/trace/*.proto that the file has.
+// Field numbers of perfetto/trace/*.proto that the file uses.
 namespace field {
 constexpr std::uint32_t kTracePacket = 1;
 constexpr std::uint32_t kTimestamp = 8, kSequence = 10, kTrackEvent = 11, kTrackDescriptor = 60;  // TracePacket
@@ -98,7 +98,7 @@ constexpr std::uint32_t kAnnotation = 4, kType = 9, kTrack = 11, kEventName = 23
 constexpr std::uint32_t kUint = 3, kDouble = 5, kString = 6, kAnnotationName = 10;              // DebugAnnotation
 }  // namespace field
 
-// Begins and ends are events of their own; those of one nanosecond are read in the order of the file.
+// Begins and ends are separate events; readers take events of the same nanosecond in the order of the file.
 class ProtobufTrace final : public TraceFile {
  public:
   explicit ProtobufTrace(const std::filesystem::path& file) : file_(file) {
@@ -162,7 +162,7 @@ class ProtobufTrace final : public TraceFile {
     return event;
   }
 
-  // Ends the slices that are over at `now`, the innermost first.
+  // Ends the slices that end by `now`, the innermost first.
   void close(int track, std::uint64_t now) {
     std::vector<std::uint64_t>& ends = open_[track];
     for (; !ends.empty() && ends.back() <= now; ends.pop_back()) packet(ends.back(), event_of(kEnd, uuid(track)));
@@ -182,7 +182,7 @@ class ProtobufTrace final : public TraceFile {
   }
 
   OutputFile file_;
-  std::map<int, std::vector<std::uint64_t>> open_;  // ends of the slices that are, by track
+  std::map<int, std::vector<std::uint64_t>> open_;  // ends of the open slices, by track
   std::map<std::string, std::uint64_t> counters_;
 };
 

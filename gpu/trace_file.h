@@ -19,20 +19,20 @@ class TraceFile {
   };
 
   virtual ~TraceFile() = default;
-  // Before its slices. Readers show tracks by their numbers.
+  // Declares a track before its slices. Readers order tracks by their numbers.
   virtual void track(int number, const std::string& name) = 0;
-  // Slices of a track are disjoint or one holds the other; one that holds others comes before them.
+  // Slices of a track are disjoint or nested; an outer slice comes before its inner ones.
   virtual void slice(int track, std::string_view name, double begin, double end,
                      std::span<const Argument> arguments = {}) = 0;
   virtual void counter(std::string_view name, std::string_view unit, double at, double value) = 0;
-  // Nothing that comes begins before what was there.
+  // Promises that no later slice begins before the present ones.
   virtual void flush() {}
   // Finishes the file. Throws WriteError, as all others do.
   virtual void commit() = 0;
 };
 
-// FILE.pftrace, FILE.perfetto-trace: Perfetto's protobuf (TracePacket with TrackEvent). Another: Chrome's JSON, one event
-// a line, which Perfetto reads as well.
+// FILE.pftrace and FILE.perfetto-trace are Perfetto's protobuf (TracePacket with TrackEvent). Any other name gives
+// Chrome's JSON, one event a line, which Perfetto reads as well.
 std::unique_ptr<TraceFile> open_trace_file(const std::filesystem::path& file);
 
 }  // namespace tessera::gpu

@@ -16,6 +16,7 @@ bool fluid(const GpuConfiguration& gpu) { return events(gpu) && !banks(gpu); }
 bool compiled(const GpuConfiguration& gpu) { return gpu.has_compiled_shaders(); }
 bool on_lanes(const GpuConfiguration& gpu) { return gpu.shades_on_lanes(); }
 bool raw_geometry(const GpuConfiguration& gpu) { return gpu.geometry.raw(); }
+bool fitted(const GpuConfiguration& gpu) { return gpu.tile.fit; }
 
 struct Rule {
   std::string_view key;
@@ -24,7 +25,7 @@ struct Rule {
 };
 
 constexpr std::string_view
-    kOfPhases = "with machine.timing=phases nothing reads it: set machine.timing=events",
+    kOfPhases = "machine.timing=phases does not read it: set machine.timing=events",
     kOfBanks =
         "memory.model=banks does not read it: set memory.type and memory.channels, or "
         "memory.model=fluid",
@@ -33,7 +34,8 @@ constexpr std::string_view
     kOfLanes =
         "tessellator.domain_shading=lanes does not read it: set "
         "energy.shader_operation_pj, or tessellator.domain_shading=unit",
-    kOfEncoding = "with geometry.encoding=raw nothing reads it: set geometry.encoding=quantised, meshlet or dgf";
+    kOfFit = "tile.fit=true does not read it: tilecore.memory_bytes says how large tiles are",
+    kOfEncoding = "geometry.encoding=raw does not read it: set geometry.encoding=quantised, meshlet or dgf";
 
 constexpr auto kRules = std::to_array<Rule>({
     {"memory.gb_per_s", banks, kOfBanks},
@@ -66,6 +68,8 @@ constexpr auto kRules = std::to_array<Rule>({
     {"shader.registers", compiled, kOfCompiled},
     {"energy.vertex_pj", on_lanes, kOfLanes},
     {"geometry.bits", raw_geometry, kOfEncoding},
+    {"tile.width", fitted, kOfFit},
+    {"tile.height", fitted, kOfFit},
 });
 
 }  // namespace

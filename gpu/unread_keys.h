@@ -8,7 +8,7 @@
 
 namespace tessera::gpu {
 
-// Why a machine's models do not read a key, and what to set instead; "" for keys that act.
+// Says why a machine's models do not read a key, and which key to set instead; "" for keys that act.
 std::string_view unread_because(const GpuConfiguration& gpu, std::string_view key);
 
 // Notes for people about the machine: keys that were set by a former name, and keys of a file that its models do not read.

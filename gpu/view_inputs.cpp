@@ -58,7 +58,7 @@ bool transmits(const scene::Assembly& assembly) {
 }
 
 tilecore::Lighting frame_lighting(const scene::Capture& capture) {
-  // An asset with lights of its own keeps a little of the environment, so that nothing is black.
+  // An asset with lights of its own keeps a little of the environment, so that no surface is black.
   const float intensity = capture.settings.environment.value_or(capture.lights.empty() ? 1.0f : 0.3f);
   tilecore::Lighting lighting;
   lighting.environment =

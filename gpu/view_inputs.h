@@ -9,23 +9,24 @@
 
 namespace tessera::gpu {
 
-// What a frame follows from, of a capture and what a user chose: read by the machine and by what it is compared with.
+// The inputs of a frame, from a capture and a user's choices: the machine and the references it is compared with read
+// them.
 
-// A camera as frames have it: without its lens where effects.defocus is off. Of a capture: its own.
+// A camera for frames: without its lens if effects.defocus is off. The second takes the capture's own camera.
 scene::CameraChoice frame_camera(scene::CameraChoice choice, const RunSettings& settings);
 scene::CameraChoice frame_camera(const scene::Capture& capture, const RunSettings& settings, int width, int height);
 
-// How frame `frame` is posed and tessellated.
+// The request that poses and tessellates frame `frame`.
 scene::FrameRequest frame_request(const scene::Capture& capture, const GpuConfiguration& gpu,
                                   const RunSettings& settings, int width, int height, int frame);
 
-// What light is multiplied by before the tone map.
+// The factor of light before the tone map.
 float frame_exposure(const scene::Capture& capture, const RunSettings& settings);
 
-// Whether any surface shows what is behind it.
+// Whether any surface transmits light from behind it.
 bool transmits(const scene::Assembly& assembly);
 
-// Its light, and what is behind everything: a colour, or nothing for the environment.
+// The capture's light, and its background: a colour, or nullopt for the environment.
 tilecore::Lighting frame_lighting(const scene::Capture& capture);
 std::optional<Vec3> frame_background(const scene::Capture& capture);
 

@@ -10,19 +10,19 @@
 
 namespace tessera::gpu {
 
-// A view that was rendered, while what it was rendered from still exists.
+// A rendered view, valid while its inputs still exist.
 struct RenderedView {
   const GpuConfiguration& gpu;
   const frontend::PyramidLibrary& pyramids;
   const PatchTable& records;
-  const DisplacementMemory* heights;  // null where textures are not modelled
+  const DisplacementMemory* heights;  // nullptr if textures are not modelled
   const tilecore::TileJob& job;
   const ObservedWork& record;
   const FrameResult& result;
 };
 
-// Looks at what a device does; the device does not know what for. Called on the thread that calls Device::render(), for
-// the left or only eye of each frame.
+// Observes the views of a device. It is called on the thread that calls Device::render(), for the left or only eye of
+// each frame.
 class ViewObserver {
  public:
   virtual void view_rendered(const RenderedView& view) = 0;

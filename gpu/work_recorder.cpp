@@ -81,7 +81,7 @@ void WorkRecorder::end_view(const tilecore::TileJob& job) {
   };
   state_bytes_.resize(record_.work.rounds.size(), width * height *
                                                           static_cast<std::uint64_t>(job.pattern->samples_per_pixel()) *
-                                                          tilecore::sample_layout(job).sample_bytes() +
+                                                          tilecore::sample_layout(job).room_bytes() +
                                                       blocks(width) * blocks(height) * sizeof(float));
 }
 
@@ -144,12 +144,12 @@ void WorkRecorder::log_front_end(const frontend::FrontEndResult& result, std::ui
     geometry_log_.add(Unit::kFrontend, Purpose::kPatchData, false, lines[k] * burst, (end - k) * burst);
     of_patches += (end - std::exchange(k, end)) * burst;
   }
-  // What is read of instances and groups lies behind the records.
+  // Reads of instances and groups lie behind the records.
   geometry_log_.add(Unit::kFrontend, Purpose::kPatchData, false, result.records_end * burst, bytes - of_patches);
 }
 
 void WorkRecorder::log_coarse_depth(const memory::Traffic& more) {
-  constexpr std::uint64_t kDeferredAt = std::uint64_t{32} << 20;  // depths of the largest frame lie before
+  constexpr std::uint64_t kDeferredAt = std::uint64_t{32} << 20;  // behind the depths of the largest frame
   geometry_log_.add(Unit::kFrontend, Purpose::kCoarseDepth, true, kDeferredAt, more.written_bytes);
   if (more.read_bytes == 0) return;
   geometry_log_.add(Unit::kFrontend, Purpose::kCoarseDepth, false, 0, more.read_bytes - coarse_depth_.written_bytes);
@@ -196,10 +196,13 @@ WorkRecorder::Round WorkRecorder::begin_round(const binner::Binner& binner, cons
   return Round(*this);
 }
 
-WorkRecorder::Tile::Tile(WorkRecorder& recorder, std::size_t tile, tilecore::TileCore& core)
+WorkRecorder::Tile::Tile(WorkRecorder& recorder, std::size_t tile)
     : recorder_(recorder), slot_(recorder.slots_[tile]), tile_(tile) {
   slot_.used = true;
   slot_.work.tile = static_cast<std::uint32_t>(tile);
+}
+
+WorkRecorder::Tile::Tile(WorkRecorder& recorder, std::size_t tile, tilecore::TileCore& core) : Tile(recorder, tile) {
   if (recorder.record_accesses_) core.record_accesses(&slot_.log);
   core.keep_items(recorder.keep_items_);
 }
@@ -215,7 +218,8 @@ void WorkRecorder::Tile::end(const tilecore::TileJob& job, tilecore::TileResult&
 
   timing::TileWork& work = slot_.work;
   work.events = tilecore::count_events(result.counters, job.warp_lanes());
-  work.events[Event::kTexels] -= result.visibility_texels;  // those of alpha tests
+  work.events[Event::kTexels] -= result.visibility_texels;  // texels of alpha tests
+  work.events[Event::kPixels] += result.single_samples;
   if (finished && (job.depths == nullptr || result.stored)) {
     const IntRect pixels = job.grid->pixels(static_cast<binner::TileIndex>(tile_));
     work.events[Event::kPixels] +=
@@ -244,7 +248,7 @@ void WorkRecorder::Tile::take_items(tilecore::TileResult& result) {
   items.load_bytes = slot_.work.dram_bytes[kVisibility] - items.list_bytes;
   items.resolve_bytes = all.read_bytes - items.list_bytes - items.load_bytes;
   items.written_bytes = all.written_bytes;
-  // Events of the tile that belong to no sub-patch, as depths that are found again, are those of the last.
+  // Events of the tile that belong to no sub-patch, such as recomputed farthest depths, count for the last sub-patch.
   if (items.sub_patches.empty()) return;
   timing::SubPatchItem& last = items.sub_patches.back();
   std::uint64_t counted = 0;
@@ -268,7 +272,7 @@ std::uint64_t WorkRecorder::share(binner::TileIndex tile, const SharedRequests& 
   const std::vector<tilecore::TessellationRequest>& requests = use.tessellations;
   slot.work.sub_patches += requests.size();
   slot.items.record_bytes += table_bytes;
-  // Items are in the order in which the tile drew: a sub-patch, or cells of procedures together.
+  // Items are in the order in which the tile drew: a sub-patch each, or cells of procedures together.
   if (!use.cells.empty()) image_cache_.empty();
   std::size_t next = slot.items.sub_patches.size() - (keep_items_ ? requests.size() + use.cells.size() : 0);
   auto cells = use.cells.begin();
@@ -485,7 +489,7 @@ WorkRecorder::Sums WorkRecorder::take_sums() {
 }
 
 FrameRecord WorkRecorder::finish(const memory::Ledger& ledger) {
-  // The frame has what every tile takes; tiles of some views take more.
+  // The frame's value is the minimum over all tiles; tiles of some views take more.
   if (!state_bytes_.empty()) record_.work.tile_state_bytes = *std::ranges::min_element(state_bytes_);
   for (std::size_t r = 0; r < state_bytes_.size(); ++r)
     for (timing::TileWork& tile : record_.work.rounds[r].tiles)

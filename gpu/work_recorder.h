@@ -24,7 +24,7 @@
 
 namespace tessera::gpu {
 
-// What the front end and the binner counted of a frame so far.
+// Counters of the front end and the binner for a frame so far.
 struct GeometryCounters {
   frontend::FrontendCounters frontend;
   frontend::InstanceCounters instances;
@@ -34,12 +34,12 @@ struct GeometryCounters {
   binner::BinnerCounters binner;
 };
 
-// The record of a frame beside its counters: the work that the timing and the energy model read and, where it is asked
-// for, every transfer.
+// The record of a frame beside its counters: the work that the timing and the energy model read and, on request, every
+// transfer.
 struct FrameRecord {
   timing::FrameWork work;
   memory::Traffic other;  // work.other_bytes
-  // Only when transfers are recorded; as work.rounds. `tiles` and the phases of a tile as there.
+  // Only if transfers are recorded; `tiles` and the phases of a tile correspond to work.rounds.
   struct RoundAccesses {
     std::vector<memory::Access> geometry;
     std::vector<std::vector<memory::Access>> tiles;
@@ -47,76 +47,75 @@ struct FrameRecord {
   std::vector<RoundAccesses> accesses;
 };
 
-// What a tile moved over the external memory interface, by purpose.
+// Traffic of a tile over the external memory interface, by purpose.
 using TileTraffic = std::array<memory::Traffic, memory::kPurposeCount>;
 
-// An array in memory of which each tile has a piece, one behind the other in the machine's order: a burst moves with the
-// first tile that needs it.
+// An array in memory with a piece for each tile, back to back in the machine's order: a burst moves with the first tile
+// that needs it.
 struct TileArray {
   memory::Unit unit;
   memory::Purpose purpose;
   bool write = false;
-  std::uint64_t base = 0;   // of it within its purpose
-  std::uint64_t moved = 0;  // up to here, from `base` on
+  std::uint64_t base = 0;   // base address within its purpose
+  std::uint64_t moved = 0;  // bytes from `base` on that have moved
 };
 
 // Requests of a tile to units that all tiles share.
 struct SharedRequests {
   std::vector<std::uint32_t> records;  // of the sub-patch table, in the order of its lists
   std::vector<tilecore::TessellationRequest> tessellations;
-  std::vector<tilecore::SubPatchName> hidden;  // what its list names beside these
+  std::vector<tilecore::SubPatchName> hidden;  // hidden sub-patches of its list
   std::vector<tilecore::CellsDrawn> cells;
   bool began = false;     // this round was the first to render it
   bool finished = false;  // no further round renders it
   bool stored = false;    // its pixels were written into the frame
 };
-// The units that a round has for them, besides the L2.
+// Caches for these requests in a round, besides the L2.
 struct SharedCaches {
   binner::RecordCache& records;
   tilecore::TessellationCache& tessellations;
 };
 
-// Where a round belongs: to the pass of that name, a further one of the pass at hand.
+// Name of the pass that a round belongs to.
 struct RoundPlace {
   std::string_view pass;
-  bool waits = true;  // its geometry waits until all rounds before are stored, as where it reuses their lists' memory
+  bool waits = true;  // its geometry waits until all rounds before are stored, for example to reuse their lists' memory
 };
 
-// Takes the events of a run of the machine where they happen, simulates what tiles share (the L2) in emulated order, and
+// Takes the events of a run of the machine at their source, simulates the shared unit (the L2) in emulated order, and
 // puts together the FrameRecord of a frame. One for each run.
 //
-// A round is an object, and so is a tile's part of it: what was counted belongs to the round that lives.
+// A round is an object, and so is a tile's part of it: counts belong to the round that exists.
 class WorkRecorder {
  public:
   class Round;
   class Tile;
 
-  // `heights`: null where textures are not modelled. Both must outlive the recorder. `keep_items`: of every sub-patch and
-  // warp, for machine.timing=events.
-  // `maps`: the lines of depth maps among those of textures.
+  // `heights`: nullptr if textures are not modelled. All must outlive the recorder. `keep_items`: keeps every sub-patch
+  // and warp, for machine.timing=events. `maps`: the lines of depth maps among the lines of textures.
   WorkRecorder(const GpuConfiguration& gpu, const PatchTable& records, const DisplacementMemory* heights,
                bool record_accesses, bool keep_items = false, memory::LineRange maps = {});
 
-  // Begins a view: everything up to end_view() belongs to it, and it has a front end, lists and tiles of its own. The
-  // recorder keeps textures and traffic of tiles of the last view alone. `first_tile`: the number that the record gives the
+  // Begins a view with its own front end, lists and tiles; everything up to end_view() belongs to it. The recorder
+  // keeps textures and traffic of tiles of the last view alone. `first_tile`: the number that the record gives the
   // view's first tile.
   void begin_view(std::uint32_t first_tile = 0);
   // Ends the view: the recorder notes how much of their cores' memories the tiles of its rounds take.
   void end_view(const tilecore::TileJob& job);
-  // Events of the front end since the last call; they go to the round that begins next.
+  // Adds the events of the front end since the last call; they go to the round that begins next.
   void front_end(const scene::FrameGeometry& frame, const frontend::FrontEndResult& result);
-  // The sampling controller's sparse pass, likewise. `maps` must outlive the rounds.
+  // Adds the events of the sampling controller's sparse pass, likewise. `maps` must outlive the rounds.
   void sparse_pass(const tilecore::ParameterMaps& maps);
-  // Bytes that the binner hashed, likewise.
+  // Adds the bytes that the binner hashed, likewise.
   void hashed(std::uint64_t bytes) { geometry_.events[timing::Event::kHashedInputs] += bytes; }
-  // Where the binner's transfers go; null when they are not recorded.
+  // The log for the binner's transfers; nullptr if they are not recorded.
   memory::AccessLog* binner_log() { return record_accesses_ ? &geometry_log_ : nullptr; }
 
-  // After the binner's run, when the lists are complete. One round at a time.
+  // Begins a round. Call it after the binner's run, when the lists are complete. One round at a time.
   [[nodiscard]] Round begin_round(const binner::Binner& binner, const tilecore::TileOrder& order,
                                   const RoundPlace& place);
 
-  // What tiles took from their cores, and the L2's account, since the last call.
+  // Counters of the tiles' cores, and the L2's counters and ledger, since the last call.
   struct Sums {
     tilecore::CoreCounters core;
     memory::L2Counters l2;
@@ -124,22 +123,23 @@ class WorkRecorder {
   };
   Sums take_sums();
 
-  // The frame stores these lines before it reads them.
+  // Notes that the frame stores these lines before it reads them.
   void stored(const memory::LineRange& lines) { record_.work.stored_lines.push_back(lines); }
 
-  // By tile, of the whole frame.
+  // By tile, for the whole frame.
   std::vector<TextureUse> take_textures() { return std::exchange(textures_, {}); }
 
   std::vector<TileTraffic> take_traffic() { return std::exchange(traffic_, {}); }
 
-  // `ledger`: of the whole frame; what no round holds of it becomes other_bytes. Ends the recording, after the last view.
+  // `ledger`: the ledger of the whole frame; its bytes outside of rounds become other_bytes. Ends the recording, after
+  // the last view.
   FrameRecord finish(const memory::Ledger& ledger);
 
  private:
   struct Slot {
     bool used = false;
     timing::TileWork work;
-    timing::TileItems items;  // when items are kept
+    timing::TileItems items;  // if items are kept
     // From the tile's result:
     std::vector<std::uint32_t> texture_misses, patches_read, history_lines;
     std::size_t visibility_misses = 0;
@@ -148,44 +148,47 @@ class WorkRecorder {
   };
   std::uint64_t share(binner::TileIndex tile, const SharedRequests& use, SharedCaches caches);
   std::uint64_t move(binner::TileIndex tile, TileArray& array, std::uint64_t offset, std::uint64_t bytes);
-  // Bytes fetched.
+  // Returns the bytes fetched.
   std::uint64_t share_records(Slot& slot, std::span<const std::uint32_t> records, binner::RecordCache& cache);
-  // What the front end read since the last call, `bytes` in all.
+  // Logs the front end's reads since the last call, `bytes` in all.
   void log_front_end(const frontend::FrontEndResult& result, std::uint64_t bytes);
-  // Events of the geometry since `before`.
+  // Adds the events of the geometry since `before`.
   void count_geometry(const GeometryCounters& before);
-  // Lines of tables since the last call, of which `missed` bytes were fetched.
+  // Keeps the lines of tables since the last call, of which `missed` bytes were fetched.
   void keep_table_lines(const frontend::FrontEndResult& result, std::uint64_t missed);
-  // And of depths and what they hid.
+  // Logs the transfers of depths and of the candidates they hid.
   void log_coarse_depth(const memory::Traffic& more);
-  // Vertices of a sub-patch that the tessellation cache lacks, and lines that making them fetches. `item`: of the
-  // sub-patch; nullptr without items.
+  // Makes the vertices of a sub-patch that the tessellation cache lacks, and reads the lines they need. `item`: the
+  // sub-patch's item; nullptr without items.
   void share_tessellation(Slot& slot, binner::TileIndex tile, const tilecore::TessellationRequest& request,
                           tilecore::TessellationCache& cache, timing::SubPatchItem* item);
-  // Lines of a tessellation: records, then heights; the number of these, and elements of the records that are decoded.
+  // Reads the lines of a tessellation, records, then heights. Returns the number of height lines, and of decoded
+  // elements of the records.
   struct Fetched {
     std::uint32_t height_lines = 0;
     std::uint64_t elements = 0;
   };
   Fetched share_records_and_heights(Slot& slot, const tilecore::TessellationRequest& request);
   void share_lines(Slot& slot, const PatchTable::Lines& lines, timing::Phase phase, memory::Purpose purpose);
-  // Leaves those of record_lines_ from `first` on that the texture cache lacks.
+  // Keeps, from `first` on, only the lines of record_lines_ that the texture cache lacks.
   void keep_misses(std::size_t first);
-  // Lines that drawing cells of procedures fetches: numbers of pieces, and cells.
+  // Reads the lines that drawing cells of procedures needs: numbers of pieces, and cells.
   void share_cells(Slot& slot, const tilecore::CellsDrawn& cells, std::size_t& next_item);
-  // Lines that the tile's texture unit missed before and while shading, and records that its pixel shader reads.
+  // Reads the lines that the tile's texture unit missed before and while shading, and the records that its pixel shader
+  // reads.
   void share_shading(Slot& slot);
-  // What its resolve unit reads of the previous frame. With items it takes its time as what bypasses the L2 does.
+  // Reads the previous frame's lines for the tile's resolve unit. With items these reads are timed as accesses that
+  // bypass the L2.
   void share_history(Slot& slot);
-  // False: it was fetched.
+  // Returns false if the line was fetched.
   bool share_line(Slot& slot, std::uint32_t line, timing::Phase phase,
                   memory::Purpose purpose = memory::Purpose::kTexture);
-  // A vertex's own shader.
+  // The cost of a vertex's own shader.
   const hardware::ShaderCost& domain_cost(const tilecore::TessellationRequest& request) const;
-  // What an item of a tile that tessellates or reads asks of the L2.
+  // Keeps the lines that an item of a tessellating or reading tile asks of the L2.
   void keep_lines(Slot& slot, const PatchTable::Lines& lines);
   void end_round();
-  // Adds what a ledger moved since `seen` to rounds_; bytes of it.
+  // Adds the traffic of a ledger since `seen` to rounds_; returns its bytes.
   std::uint64_t since(const memory::Ledger& ledger, memory::Traffic& seen);
 
   const GpuConfiguration& gpu_;
@@ -195,12 +198,12 @@ class WorkRecorder {
   const tilecore::ParameterMaps* procedures_ = nullptr;
   std::vector<std::uint32_t> height_lines_;
   std::vector<PatchTable::Lines> record_lines_;
-  memory::LineCache image_cache_;           // a core's texture cache, where geometry images are read through it
-  tilecore::TextureCounters image_counts_;  // of it
+  memory::LineCache image_cache_;           // a core's texture cache, if geometry images are read through it
+  tilecore::TextureCounters image_counts_;  // of image_cache_
   std::array<std::array<hardware::ShaderCost, 3>, 3> domain_costs_;  // by ShaderFeatures::Surface, Motion
   bool record_accesses_, keep_items_;
   memory::LineRange maps_;
-  std::vector<std::uint64_t> state_bytes_;  // of a tile, by round
+  std::vector<std::uint64_t> state_bytes_;  // bytes of a tile, by round
   memory::L2 l2_;
   PerThread<Sums> sums_;
   std::vector<Slot> slots_;  // by tile
@@ -210,30 +213,31 @@ class WorkRecorder {
   bool waits_ = true;  // RoundPlace::waits
   std::uint32_t first_tile_ = 0;
   memory::AccessLog geometry_log_;
-  GeometryCounters counted_;                            // what was counted up to the round before
+  GeometryCounters counted_;                            // counters up to the previous round
   memory::Traffic front_end_traffic_, binner_traffic_;  // seen so far
   std::uint64_t front_end_tables_ = 0;
   std::size_t front_end_lines_ = 0, front_end_records_ = 0;
   std::vector<std::uint32_t> geometry_lines_;
   memory::Traffic coarse_depth_;      // of the front end, seen so far
-  memory::Ledger arrays_;             // of tiles: what they moved of a TileArray
-  memory::Traffic rounds_;            // of all that went to a round
-  std::uint64_t geometry_bytes_ = 0;  // of the front end, for the round to come
+  memory::Ledger arrays_;             // of tiles: traffic of each TileArray
+  memory::Traffic rounds_;            // of all transfers that went to a round
+  std::uint64_t geometry_bytes_ = 0;  // of the front end, for the next round
   timing::GeometryWork geometry_;
   FrameRecord record_;
 };
 
-// A tile in the hands of a core, on the thread that renders it.
+// A tile in a core, on the thread that renders it.
 class WorkRecorder::Tile {
  public:
-  // The log for what is charged on the tile's behalf; null when transfers are not recorded.
+  // The log for transfers charged on the tile's behalf; nullptr if they are not recorded.
   memory::AccessLog* log() { return recorder_.record_accesses_ ? &slot_.log : nullptr; }
-  // Takes what its core did for the tile, but for the requests to shared units; the core's counters are left.
-  // `finished`: its pixels are written, it is not stored for a further round.
+  // Takes the core's results for the tile, except for the requests to shared units; the core's counters stay.
+  // `finished`: its pixels are written and no further round renders it.
   void end(const tilecore::TileJob& job, tilecore::TileResult& result, bool finished);
 
  private:
   friend class Round;
+  Tile(WorkRecorder& recorder, std::size_t tile);
   Tile(WorkRecorder& recorder, std::size_t tile, tilecore::TileCore& core);
   void take_items(tilecore::TileResult& result);
 
@@ -242,7 +246,7 @@ class WorkRecorder::Tile {
   std::size_t tile_;
 };
 
-// A binner's run and the tiles that it leads to; it ends with the object.
+// A run of the binner and the tiles that follow from it; the round ends with the object.
 class WorkRecorder::Round {
  public:
   ~Round() { recorder_.end_round(); }
@@ -252,13 +256,19 @@ class WorkRecorder::Round {
   // Tiles of a round may be recorded by any threads at once, each tile once.
   [[nodiscard]] Tile tile(std::size_t number, tilecore::TileCore& core) { return {recorder_, number, core}; }
 
-  // A tile's use of what is shared; tile by tile in emulated order, when they are rendered: takes its records to their
-  // cache, its requests to the tessellation cache, then its lines to the L2. Bytes of the sub-patch table fetched.
+  // Without a core: its work was done before, and its log is put in its place.
+  [[nodiscard]] Tile tile(std::size_t number) { return {recorder_, number}; }
+  // A tile's lookups of textures and attributes, likewise without the rest of what it shares; in emulated order.
+  void share_lookups(binner::TileIndex tile) { recorder_.share_shading(recorder_.slots_[tile]); }
+
+  // Replays a tile's requests to shared units; tile by tile in emulated order, after rendering: its records go to their
+  // cache, its tessellations to the tessellation cache, then its lines to the L2. Returns the fetched bytes of the
+  // sub-patch table.
   std::uint64_t share(binner::TileIndex tile, const SharedRequests& use, SharedCaches caches) {
     return recorder_.share(tile, use, caches);
   }
 
-  // A tile's piece of an array, in emulated order. Bytes on the bus.
+  // Moves a tile's piece of an array, in emulated order. Returns the bytes on the bus.
   std::uint64_t move(binner::TileIndex tile, TileArray& array, std::uint64_t offset, std::uint64_t bytes) {
     return recorder_.move(tile, array, offset, bytes);
   }

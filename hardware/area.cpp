@@ -13,8 +13,8 @@ double Area::total_mm2() const {
 
 namespace {
 
-// Units that a machine lacks: those that hash what it does not eliminate, decoders of what its memory does not encode, and a
-// tessellator whose vertices lanes shade.
+// True for events of a unit that the machine lacks: hashing units without elimination, decoders without encoded
+// records, and the tessellator when lanes shade its vertices.
 bool lacks(const Machine& gpu, const OtherParts& others, Event event) {
   return (event == Event::kHashedInputs && !others.hashes_inputs) ||
          (event == Event::kHashedColors && !others.hashes_colors) ||
@@ -30,7 +30,7 @@ Area machine_area(const Machine& gpu, const OtherParts& others) {
 
   Area area;
   std::map<std::string, double>& unit = area.by_unit_mm2;
-  std::map<std::string, double> core = {{"fixed_units", gpu.silicon.core_mm2}};  // of one
+  std::map<std::string, double> core = {{"fixed_units", gpu.silicon.core_mm2}};  // area of one core
   for (std::size_t s = 0; s < kSiliconCount; ++s) {
     const SiliconRow& row = kSiliconTable[s];
     std::map<std::pair<bool, std::string>, double> rates;  // by whether the unit exists once, and its name

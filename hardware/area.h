@@ -8,8 +8,8 @@
 
 namespace tessera::hardware {
 
-// What stands beside that which a Machine has: on-chip memories, once in the machine and once in each core, units that hash
-// tiles' inputs (once) and colours (in each core), and decoders of geometry (in the front end and in each core).
+// Silicon beside the rates of a Machine: on-chip memories (shared by the machine, and of each core), units that hash tiles'
+// inputs (one in the machine) and colours (one in each core), and decoders of geometry (in the front end and in each core).
 struct OtherParts {
   std::int64_t shared_bytes = 0, core_bytes = 0;
   bool hashes_inputs = false, hashes_colors = false, decodes_geometry = false;
@@ -24,16 +24,17 @@ struct OtherParts {
 //   texture              lookups per clock x area.texel_mm2
 //   registers, tile_memory, texture_cache, l2, other_memories    KiB x their density
 //
-// Proportional to what a machine can do, so that no rate and no memory is free. A model, not a floor plan: wires between
-// units, the memory's PHY and what a phone has beside the GPU are not in it.
+// Area is proportional to throughput and capacity, so that no rate and no memory is free. It is a model, not a floor
+// plan: wires between units, the memory's PHY and the parts of a phone beside the GPU are not included.
 //
 // Invariants (cited by the tests):
-//   AREA1  The units add up to the total; all is proportional to the cores but front end, binner, l2 and shared memories.
-//   AREA2  More of any rate or memory is never smaller.
+//   AREA1  The units add up to the total; each is proportional to the number of cores, except front end, binner, l2 and
+//          shared memories.
+//   AREA2  A higher rate or a larger memory never makes the area smaller.
 struct Area {
   std::map<std::string, double> by_unit_mm2;
 
-  double total_mm2() const;  // in the order of their names
+  double total_mm2() const;  // summed in the order of the units' names
 };
 Area machine_area(const Machine& gpu, const OtherParts& others);
 

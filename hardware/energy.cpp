@@ -22,7 +22,7 @@ namespace {
 
 constexpr const char* kLeakage = "leakage";
 
-// How an access to a memory on chip compares with one to the default's.
+// Ratio of the energy of an access to a memory of `bytes` to an access at the default capacity.
 double access_ratio(std::int64_t bytes, std::int64_t default_bytes) {
   return std::sqrt(static_cast<double>(bytes) / static_cast<double>(default_bytes));
 }

@@ -11,7 +11,7 @@
 
 namespace tessera::hardware {
 
-// What units do and what is charged for it: the rows of hardware/events.def, phase after phase.
+// The events that units do and the machine charges: the rows of hardware/events.def, phase after phase.
 enum class Event : std::uint8_t {
 #define TESSERA_EVENT(id, ...) id,
 #include "hardware/each_event.inc"
@@ -44,7 +44,7 @@ struct SiliconArray : std::array<T, kSiliconCount> {
   constexpr const T& operator[](Silicon silicon) const { return (*this)[static_cast<std::size_t>(silicon)]; }
 };
 
-// How many of each.
+// Number of each event.
 struct EventCounts : EventArray<std::uint64_t> {
   EventCounts() : EventArray<std::uint64_t>{} {}
   EventCounts& operator+=(const EventCounts& more) {
@@ -59,7 +59,7 @@ struct EventCounts : EventArray<std::uint64_t> {
   bool operator==(const EventCounts&) const = default;
 };
 
-// The phase that charges an event: before tiles; then in the order in which a tile passes them.
+// The phase that charges an event: the geometry before tiles, then a tile's phases in order.
 enum class EventPhase : std::uint8_t { kGeometry, kList, kVisibility, kShading, kStore };
 
 // Parts of a unit that work side by side, as bits.
@@ -68,7 +68,7 @@ inline constexpr std::uint8_t kFirstPart = 1, kSecondPart = 2, kThirdPart = 4, k
 // The memory on chip whose capacity an event's energy grows with.
 enum class Access : std::uint8_t { kNone, kTileMemory, kTextureCache, kL2 };
 
-// Numbers of the machine with their defaults, as KeyInfo has them; an empty key: none.
+// Numbers of the machine with their defaults, as in KeyInfo; an empty key means that there is none.
 struct EventRate {
   std::string_view key;
   double per_clk = 0;
@@ -85,7 +85,7 @@ struct EventEnergy {
 struct EventColumns {
   std::optional<Stage> unit = std::nullopt;
   std::uint8_t parts = kFirstPart;
-  bool in_each_core = false;  // of the geometry, by a unit that every core has
+  bool in_each_core = false;  // true for events of the geometry that a unit in every core does
   EventRate rate = {};
   EventEnergy energy = {};
   std::optional<Event> timed_as = std::nullopt, priced_as = std::nullopt;
@@ -126,13 +126,13 @@ constexpr auto all_events() {
 inline constexpr auto kAllEvents = all_events();
 
 constexpr std::string_view name(Event event) { return kEventTable[event].name; }
-// The unit whose energy an event is: a stage, or "l2".
+// Name of the unit whose energy includes the event: a stage, or "l2".
 constexpr std::string_view unit_name(Event event) {
   return kEventTable[event].unit ? name(*kEventTable[event].unit) : std::string_view("l2");
 }
 constexpr bool takes_time(Event event) { return !kEventTable[event].rate.key.empty() || kEventTable[event].timed_as; }
 
-// Events that are kept for each sub-patch of a tile: those of EventPhase::kVisibility, one after the other.
+// The range of events that are kept for each sub-patch of a tile: all of EventPhase::kVisibility, consecutively.
 constexpr std::size_t first_of(EventPhase phase) {
   std::size_t e = 0;
   while (e < kEventCount && kEventTable[e].phase != phase) ++e;

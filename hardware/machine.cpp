@@ -7,18 +7,18 @@
 namespace tessera::hardware {
 namespace {
 
-constexpr double kLeast = 1.0 / 1024, kMax = 65536;  // of a throughput
+constexpr double kLeast = 1.0 / 1024, kMax = 65536;  // range of a throughput
 constexpr double kMaxArea = 1e6;
 
-// A number of the machine that stands in one of its arrays.
+// Key of a number in one of the machine's arrays.
 template <class Array, class Index>
 Key<Machine> key_of(Array Machine::*array, Index index, KeyInfo info) {
   return {std::move(info), [array, index](const Machine& gpu) { return KeyValue((gpu.*array)[index]); },
           [array, index](Machine& gpu, const KeyValue& value) { (gpu.*array)[index] = std::get<double>(value); }};
 }
 
-// Makers publish hardly any throughput of a single unit. What no source gives is a round number marked [assumed];
-// conclusions that hang on one of them should be tried with another (`tessera sweep`).
+// Makers publish hardly any throughput of a single unit. A number without a source is a round one marked [assumed];
+// conclusions that depend on it should be tried with another (`tessera sweep`).
 Keys<Machine> rate_keys() {
   Keys<Machine> keys;
   for (const Event event : kAllEvents)
@@ -62,28 +62,26 @@ Keys<PixelShader> shader_keys() {
        "texture unit gets their lookups together.",
        "[assumed] 32, as NVIDIA's and AMD's; Arm's and Imagination's have 16 to 128"},
       {"shader.costs", &PixelShader::costs,
-       "With machine.timing=events: what a warp takes of the lanes and of the registers, the "
-       "constants of shader.operations, shader.surface_operations, shader.background_operations and shader.registers, "
-       "or "
-       "what LLVM compiles its material's shader to for gfx1030.",
+       "With machine.timing=events: source of a warp's time on the lanes and of its registers. constant: "
+       "shader.operations, shader.surface_operations, shader.background_operations and shader.registers; compiled: the "
+       "shader of its material as LLVM compiles it for gfx1030.",
        "[assumed] compiled: the model that docs/validation.md holds against other compilers"},
       {"shader.operations", &PixelShader::operations, "operations", 1, 1e6,
        "Operations of one pixel-shader invocation on one lane.",
        "[assumed] a physically based shader with a few lights"},
       {"shader.surface_operations", &PixelShader::surface_operations, "operations", 0, 1e6,
-       "Operations of evaluating a patch's surface on one lane, with constant costs: of a pixel-shader invocation, "
-       "besides "
-       "shader.operations, and of a vertex with tessellator.domain_shading=lanes.",
+       "Operations on one lane that evaluate a patch's surface, with constant costs: for a pixel-shader invocation, "
+       "besides shader.operations, and for a vertex with tessellator.domain_shading=lanes.",
        "[assumed] as in the tessellator, energy.vertex_pj; compiled: 16 of a mesh, 91 to 163 of a patch, 298 "
        "to 514 of a displaced one",
        PlausibleRange{91, 298}},
       {"shader.background_operations", &PixelShader::background_operations, "operations", 0, 1e6,
-       "Operations of the environment behind everything, for a sample on one lane, with constant costs.",
+       "Operations on one lane for a sample that sees the environment, with constant costs.",
        "[measured] as compiled: 46 to 64 of the built-in environment, 54 to 72 of an image", PlausibleRange{46, 72}},
       {"tessellator.domain_shading", &PixelShader::domain,
-       "Where vertices are evaluated: in a unit of the tessellator, at tessellator.vertices_per_clk; or on "
-       "the shader's lanes, as warps that go before those of pixels and look heights up in the texture "
-       "unit. Vertices that are on chip go through tessellator.transforms_per_clk either way.",
+       "Unit that evaluates vertices: a unit of the tessellator, at tessellator.vertices_per_clk; or the shader's "
+       "lanes, in warps that go before pixel warps and look heights up in the texture unit. Vertices that are on chip "
+       "go through tessellator.transforms_per_clk either way.",
        "[spec] lanes: domain shaders run on the shader cores of all GPUs with tessellation"},
   };
 }
@@ -114,29 +112,26 @@ Keys<Machine> speed_keys() {
 
 Keys<Machine> memory_keys() {
   Keys<Machine> keys;
-  keys.add(
-      &Machine::cores,
-      Keys<TileCores>{
-          {"tilecore.memory_bytes", &TileCores::memory_bytes, "bytes", 1024, 1073741824.0,
-           "On-chip tile memory of a core: as many tiles as fit with what their samples see are in work at once (the "
-           "samples "
-           "of one tested while another is shaded). A preset's grows to what one tile needs; less of one's own is "
-           "refused.",
-           "[assumed] two tiles with 4 samples a pixel; [spec] 132 KB to 21 MB of GMEM on Adreno"},
-      });
-  keys.add(
-      &Machine::caches,
-      Keys<Caches>{
-          {"texture.cache_bytes", &Caches::texture_bytes, "bytes", 256, 16777216, "Texture cache (L1) of a core.",
-           "[assumed]"},
-          {"l2.bytes", &Caches::l2_bytes, "bytes", 0, 1073741824.0,
-           "L2 that all cores share, for textures, displacement maps and records of base patches; 0: none. What is "
-           "written once passes by.",
-           "[spec] 8 to 64 KiB on Mali-G31, 32 to 512 KiB on Mali-G51, up to 1 MiB on Immortalis-G720; [assumed] "
-           "the half "
-           "that tessellator.cache_bytes leaves"},
-          {"l2.ways", &Caches::l2_ways, "ways", 1, 64, "Associativity of the L2.", "[assumed]"},
-      });
+  keys.add(&Machine::cores,
+           Keys<TileCores>{
+               {"tilecore.memory_bytes", &TileCores::memory_bytes, "bytes", 1024, 1073741824.0,
+                "On-chip tile memory of a core. A core works on as many tiles at once as fit with the data of their "
+                "samples (it tests the samples of one tile while it shades another). The memory of a preset grows to "
+                "fit one tile; a smaller value that the user sets is refused.",
+                "[assumed] two tiles with 4 samples a pixel; [spec] 132 KB to 21 MB of GMEM on Adreno"},
+           });
+  keys.add(&Machine::caches,
+           Keys<Caches>{
+               {"texture.cache_bytes", &Caches::texture_bytes, "bytes", 256, 16777216, "Texture cache (L1) of a core.",
+                "[assumed]"},
+               {"l2.bytes", &Caches::l2_bytes, "bytes", 0, 1073741824.0,
+                "L2 that all cores share, for textures, displacement maps and records of base patches; 0: no L2. Data "
+                "that are written once bypass it.",
+                "[spec] 8 to 64 KiB on Mali-G31, 32 to 512 KiB on Mali-G51, up to 1 MiB on Immortalis-G720; [assumed] "
+                "the half "
+                "that tessellator.cache_bytes leaves"},
+               {"l2.ways", &Caches::l2_ways, "ways", 1, 64, "Associativity of the L2.", "[assumed]"},
+           });
   keys.add(
       &Machine::memory,
       Keys<MemoryInterface>{
@@ -145,8 +140,8 @@ Keys<Machine> memory_keys() {
            "banks and rows of memory.type with a controller that sorts requests (banks).",
            "[assumed] banks: the model that docs/validation.md holds against a DRAM simulator"},
           {"memory.type", &MemoryInterface::type,
-           "With memory.model=banks: channels of 16 bits of this kind, with its own clock; memory.gb_per_s, "
-           "memory.latency_ns and memory.gpu_share are then of no account.",
+           "With memory.model=banks: kind of the channels of 16 bits, which have their own clock; memory.gb_per_s, "
+           "memory.latency_ns and memory.gpu_share are then not used.",
            "[spec] JEDEC JESD209-4 (2014) and -5 (2019), as in memory/dram_spec.cpp"},
           {"memory.channels", &MemoryInterface::channels, "channels", 1, 16,
            "With memory.model=banks: channels of 16 bits, a power of two.", "[spec] LPDDR4 x32 has two, x64 four"},
@@ -173,40 +168,40 @@ Keys<Machine> memory_keys() {
 Keys<QueueSizes> queue_keys() {
   return {
       {"machine.timing", &QueueSizes::model,
-       "How a frame's work is timed: phases, each of a tile as one pipeline; or events, every sub-patch, warp and "
-       "cache line by itself through queues of these sizes.",
+       "Timing model of a frame. phases: each phase of a tile is one pipeline; events: every sub-patch, warp and cache "
+       "line passes separately through queues of these sizes.",
        "[assumed] events: the model that docs/validation.md holds against others"},
       {"machine.overlap", &QueueSizes::overlap,
-       "What begins while tiles are rendered: nothing; patches and tiles of later passes that need nothing of those "
-       "tiles "
-       "(passes); and patches of the next frame as well (frames): cycles are then those from one frame to the next, as "
-       "frames like this one follow each other, and its latency is twice as long. Both need a second parameter buffer.",
+       "Work that may begin while tiles are rendered. none: no other work; passes: patches and tiles of later passes "
+       "that do not need those tiles; frames: also patches of the next frame. With frames, cycles count from one frame "
+       "to the next in a sequence of equal frames, and the latency is twice as long. passes and frames need a second "
+       "parameter buffer.",
        "[assumed] none: cycles are a frame's latency"},
       {"machine.caches", &QueueSizes::caches,
-       "With machine.timing=events: what L2 and texture caches hold when a frame begins, nothing or what the frame "
-       "before left.",
-       "[assumed] empty: frames do not hang on each other"},
+       "With machine.timing=events: content of the L2 and the texture caches when a frame begins: empty, or as the "
+       "previous frame left it.",
+       "[assumed] empty: frames do not depend on each other"},
       {"tilecore.queue_items", &QueueSizes::items, "sub-patches", 1, 1024,
        "Sub-patches that may wait between one unit of a core and the next.", "[assumed]"},
       {"tilecore.fetched_lines", &QueueSizes::fetched_lines, "lines", 1, 65536,
-       "Lines of records and heights that a core has asked for and not yet got.", "[assumed]"},
+       "Lines of records and heights that a core has requested and not yet received.", "[assumed]"},
       {"frontend.fetched_lines", &QueueSizes::table_lines, "lines", 1, 65536,
-       "Lines of tables of heights that the front end has asked the L2 for and not yet got.",
+       "Lines of tables of heights that the front end has requested from the L2 and not yet received.",
        "[assumed] as tilecore.fetched_lines"},
       {"resolve.store_bytes", &QueueSizes::store_bytes, "bytes", 64, 1048576,
-       "Written bytes of a core that wait for the memory before its resolve unit does.", "[assumed]"},
+       "Bytes written by a core that may wait for the memory before its resolve unit stops.", "[assumed]"},
       {"texture.requests", &QueueSizes::texture_requests, "lines", 1, 4096,
-       "Lines that a core's texture cache has asked the L2 for and not yet got.", "[assumed]"},
+       "Lines that a core's texture cache has requested from the L2 and not yet received.", "[assumed]"},
       {"texture.latency_clk", &QueueSizes::texture_latency_clk, "clk", 0, 10000,
        "Time of a lookup that hits the texture cache.", "[assumed] filtering and two pipelines on the way"},
       {"l2.banks", &QueueSizes::l2_banks, "banks", 1, 64, "Banks of the L2, by the number of the line.", "[assumed]"},
-      {"l2.lines_per_clk", &QueueSizes::l2_lines_per_clk, "lines/clk", kLeast, 64, "Lines that a bank gives or takes.",
-       "[assumed]"},
+      {"l2.lines_per_clk", &QueueSizes::l2_lines_per_clk, "lines/clk", kLeast, 64,
+       "Lines that a bank reads or writes per clock.", "[assumed]"},
       {"l2.latency_clk", &QueueSizes::l2_latency_clk, "clk", 0, 10000, "Time of a request that hits the L2.",
        "[assumed]"},
       {"l2.requests", &QueueSizes::l2_requests, "lines", 1, 65536,
-       "Lines that the L2 has asked the memory for and not yet got.", "[assumed]"},
-      {"shader.max_warps", &QueueSizes::max_warps, "warps", 1, 4096, "Warps that a core keeps apart.",
+       "Lines that the L2 has requested from the memory and not yet received.", "[assumed]"},
+      {"shader.max_warps", &QueueSizes::max_warps, "warps", 1, 4096, "Warps that a core holds at once.",
        "[spec] 16 wave32 per SIMD on RDNA2"},
       {"shader.register_bytes", &QueueSizes::register_bytes, "bytes", 1024, 67108864, "Registers of a core.",
        "[spec] 128 KiB per SIMD on RDNA2"},
@@ -219,9 +214,8 @@ Keys<QueueSizes> queue_keys() {
 Keys<FrameRate> frame_rate_keys() {
   return {
       {"machine.target_fps", &FrameRate::target_fps, "frames/s", 0, 10000,
-       "Frames a second at which energy.power_w holds, or as many as the machine draws if that is less; 0: as many as "
-       "it "
-       "draws.",
+       "Frame rate at which energy.power_w holds, or the rate that the machine reaches if that is lower; 0: the rate "
+       "that the machine reaches.",
        "[spec] 60 on most displays of phones"},
       {"energy.power_gating", &FrameRate::gating,
        "When the GPU's supply is cut: never (none), so that it leaks all the time, or between_frames.",
@@ -232,7 +226,8 @@ Keys<FrameRate> frame_rate_keys() {
 Keys<OtherSilicon> other_silicon_keys() {
   return {
       {"area.core_mm2", &OtherSilicon::core_mm2, "mm2", 0, kMaxArea,
-       "What a core has whatever its rates: list fetch, sorter, warp scheduler, compaction, interfaces.", "[assumed]"},
+       "Fixed part of a core, independent of its rates: list fetch, sorter, warp scheduler, compaction, interfaces.",
+       "[assumed]"},
       {"area.sram_mm2_per_kib", &OtherSilicon::sram_mm2_per_kib, "mm2/KiB", 0, kMaxArea, "Caches and tile memory.",
        "[spec] TSMC 2017, 7 nm: cells of 0.027 um2, 0.00022 a KiB; a test chip of 256 Mbit takes 42.64 mm2, 0.0013; "
        "[assumed] between",
@@ -240,7 +235,7 @@ Keys<OtherSilicon> other_silicon_keys() {
       {"area.register_mm2_per_kib", &OtherSilicon::register_mm2_per_kib, "mm2/KiB", 0, kMaxArea, "Registers of a core.",
        "[assumed] twice area.sram_mm2_per_kib: more ports"},
       {"energy.leakage_mw_per_mm2", &OtherSilicon::leakage_mw_per_mm2, "mW/mm2", 0, 1e6,
-       "Power of a mm2 that does nothing, at 0.8 V; goes with the voltage.",
+       "Leakage power of a mm2 at 0.8 V; proportional to the voltage.",
        "[assumed] 60 mW for four cores in a warm phone", PlausibleRange{3, 30}},
   };
 }
@@ -257,7 +252,7 @@ std::vector<std::string> Machine::coarser_models() const {
 
 double Machine::peak_gb_per_s() const {
   if (!has_banks()) return memory.gb_per_s;
-  // The peak rate of one channel, by type.
+  // Peak rate of one channel, by type.
   static const auto kPeaks = [] {
     std::array<double, kEnumWords<MemoryType>.size()> peaks{};
     for (std::size_t type = 0; type < peaks.size(); ++type) {
@@ -331,7 +326,7 @@ Keys<Machine> machine_keys() {
       .add(energy_keys())
       .add(silicon_keys())
       .add(&Machine::silicon, other_silicon_keys())
-      // What units do hangs on these: how warps are packed, and what the caches of the emulated order hold.
+      // These keys change the counts of units, not only the timing: warp packing, and hits of the caches in emulated order.
       .mark_timing_but({"shader.warp_lanes", "texture.cache_bytes", "l2.bytes", "l2.ways"});
 }
 

@@ -12,20 +12,21 @@
 
 namespace tessera::hardware {
 
-// Speeds, sizes and energies of the described machine: what the timing and the energy model read. Values, here and in
-// hardware/events.def, are those of the preset "mid-mobile". The front end and the binner exist once, the units of a tile core once in each core.
+// Speeds, sizes and energies of the described machine: the input of the timing and the energy model. The values here
+// and in hardware/events.def are the preset "mid-mobile". The front end and the binner exist once, the units of a
+// tile core once in each core.
 
-// How many there are, fed by one tile scheduler, and the tile memory of each.
+// Number of tile cores, fed by one tile scheduler, and the tile memory of each.
 struct TileCores {
   std::int64_t count = 4;
   std::int64_t memory_bytes = 192 << 10;
 };
 
-// Where the operations and registers of a shader come from, for TimingModel::kEvents: the constants below, or the table of
+// Source of a shader's operations and registers, for TimingModel::kEvents: the constants below, or the table of
 // compiled code (hardware/shader_costs.h).
 enum class ShaderCosts : std::uint8_t { kConstant, kCompiled };
 
-// Where vertices are shaded: in the tessellator, at a rate of its own, or on the shader's lanes.
+// The unit that shades vertices: the tessellator, at a rate of its own, or the shader's lanes.
 enum class DomainShading : std::uint8_t { kUnit, kLanes };
 
 // The shader lanes of a core.
@@ -37,23 +38,23 @@ struct PixelShader {
   double operations = 160;
   double surface_operations = 130;
   double background_operations = 46;
-  // A lane does so many operations for a place or a light of a light list. [assumed] docs/passes.md derives them
+  // operations of a lane for one place or one light of a light list; [assumed], docs/passes.md derives them
   static constexpr double kLightOperations = 45;
-  // A lane does so many for a texel of a pass over an image. [assumed] The mean of a bloom's steps
+  // operations of a lane for one texel of a pass over an image; [assumed], the mean of a bloom's steps
   static constexpr double kImageOperations = 40;
 };
 
-// Texture caches of the cores, and the L2 that they share; l2_bytes 0: none.
+// Texture caches of the cores, and the L2 that they share; l2_bytes 0 means that there is no L2.
 struct Caches {
-  static constexpr std::int64_t kLineBytes = 64;   // at least a burst [assumed]: a block of 4x4 texels
-  static constexpr std::int64_t kTextureWays = 4;  // of the texture caches [assumed]
+  static constexpr std::int64_t kLineBytes = 64;   // [assumed] at least a burst: a block of 4x4 texels
+  static constexpr std::int64_t kTextureWays = 4;  // [assumed] ways of the texture caches
 
   std::int64_t texture_bytes = 16 << 10;
   std::int64_t l2_bytes = 256 << 10;
   std::int64_t l2_ways = 8;
 };
 
-// How the external memory is timed with TimingModel::kEvents: bytes at a rate; or channels, banks and rows of a type.
+// Timing model of the external memory for TimingModel::kEvents: bytes at a rate, or channels, banks and rows of a type.
 enum class MemoryModel : std::uint8_t { kFluid, kBanks };
 enum class MemoryType : std::uint8_t { kLpddr4x4266, kLpddr5_6400, kLpddr5x8533, kLpddr4_3200 };
 
@@ -61,7 +62,7 @@ enum class MemoryType : std::uint8_t { kLpddr4x4266, kLpddr5_6400, kLpddr5x8533,
 struct MemoryInterface {
   MemoryModel model = MemoryModel::kBanks;
   MemoryType type = MemoryType::kLpddr4x4266;
-  std::int64_t channels = 4;  // of 16 bits
+  std::int64_t channels = 4;  // number of channels of 16 bits
   std::int64_t burst_bytes = 64;
   double gb_per_s = 34.085;
   double gpu_share = 0.7;
@@ -69,17 +70,17 @@ struct MemoryInterface {
   double pj_per_bit = 12.5;
 };
 
-// How work is timed: phases of tiles as whole pipelines (docs/timing_model.md), or every item of every unit as an event.
+// Granularity of timing: phases of tiles as whole pipelines (docs/timing_model.md), or every item of every unit as an event.
 enum class TimingModel : std::uint8_t { kPhases, kEvents };
 
-// What the caches hold when a frame begins, for TimingModel::kEvents: nothing, or what the frame before left.
+// Content of the caches when a frame begins, for TimingModel::kEvents: empty, or as the previous frame left it.
 enum class FrameCaches : std::uint8_t { kEmpty, kWarm };
 
-// Units work beside a frame's tiles on: nothing; geometry and tiles of further passes that do not need these tiles; and
-// geometry of the next frame.
+// Work that overlaps a frame's tiles: none; geometry and tiles of further passes that do not need these tiles; and
+// also the geometry of the next frame.
 enum class FrameOverlap : std::uint8_t { kNone, kPasses, kFrames };
 
-// Queues, latencies and bounds of what is under way, for TimingModel::kEvents.
+// Queues, latencies and limits of work in progress, for TimingModel::kEvents.
 struct QueueSizes {
   TimingModel model = TimingModel::kEvents;
   FrameOverlap overlap = FrameOverlap::kNone;
@@ -99,14 +100,14 @@ struct QueueSizes {
   std::int64_t registers = 64;
 };
 
-// How often frames are drawn, for power; a machine that is ahead waits, and leaks unless its supply is cut.
+// Frame rate for power; a machine that is ahead waits, and leaks unless its supply is cut.
 enum class PowerGating : std::uint8_t { kNone, kBetweenFrames };
 struct FrameRate {
-  double target_fps = 60;  // 0: as many as it can
+  double target_fps = 60;  // 0: as many frames as the machine can render
   PowerGating gating = PowerGating::kNone;
 };
 
-// Silicon that no event takes: of a core whatever its rates, of a KiB; and what a mm2 of any leaks (hardware/area.h).
+// Silicon beside the events' rates (fixed area of a core, area of a KiB), and the leakage of each mm2 (hardware/area.h).
 struct OtherSilicon {
   double core_mm2 = 0.15;
   double sram_mm2_per_kib = 0.0005;
@@ -132,13 +133,13 @@ constexpr SiliconArray<double> default_silicon() {
   return silicon;
 }
 
-// The memory has its own clock and its own supply: another clock of the GPU leaves both alone.
+// The described machine. The external memory has its own clock and supply, so the GPU's clock changes neither.
 struct Machine {
   double clock_mhz = 850;
-  double nominal_mhz = 850;  // at which the energies hold (hardware/voltage.h)
+  double nominal_mhz = 850;  // clock at which the energies hold (hardware/voltage.h)
   TileCores cores;
-  EventArray<double> rates = default_rates();            // of one instance of the unit, in a clock: keys of kEventTable
-  EnergyPerEvent energy_pj = default_energies();         // likewise
+  EventArray<double> rates = default_rates();            // of one instance of the unit, per clock: keys of kEventTable
+  EnergyPerEvent energy_pj = default_energies();         // keys of kEventTable
   SiliconArray<double> silicon_mm2 = default_silicon();  // keys of kSiliconTable
   OtherSilicon silicon;
   PixelShader shader;
@@ -147,17 +148,17 @@ struct Machine {
   QueueSizes queues;
   FrameRate rate;
 
-  // Which of the models that the configuration chooses are in use.
+  // Whether the configuration uses a model: events, banks, compiled shaders.
   bool times_events() const { return queues.model == TimingModel::kEvents; }
   bool has_banks() const { return times_events() && memory.model == MemoryModel::kBanks; }
   bool has_compiled_shaders() const { return times_events() && shader.costs == ShaderCosts::kCompiled; }
 
-  // The settings that choose a coarser model of time than the default one does, as in {"machine.timing=phases"}: figures of
+  // The settings that choose a coarser timing model than the default, such as {"machine.timing=phases"}; reports of
   // such a machine name them.
   std::vector<std::string> coarser_models() const;
 
-  // Peak rate of the external memory: of its channels with has_banks(), else memory.gb_per_s; and what the GPU gets of it
-  // in a clock.
+  // Peak rate of the external memory: the sum of its channels with has_banks(), else memory.gb_per_s.
+  // memory_bytes_per_clk() is the GPU's share of it per clock.
   double peak_gb_per_s() const;
   double memory_bytes_per_clk() const {
     return peak_gb_per_s() * 1e3 / clock_mhz * (has_banks() ? 1 : memory.gpu_share);
@@ -169,8 +170,8 @@ struct Machine {
   void set_latency_clk(double clk) { memory.latency_ns = clk * 1e3 / clock_mhz; }
 
   bool shades_on_lanes() const { return shader.domain == DomainShading::kLanes; }
-  // How many of an event its unit does in a clock, and what one costs: as the table says, but that some events are so many
-  // operations of another.
+  // Throughput and energy of an event. They come from kEventTable; an event with timed_as or priced_as counts as
+  // operations() times the event that it names.
   double operations(Event event) const;
   double per_clk(Event event) const;
   double clocks(Event event, std::uint64_t count) const {
@@ -178,16 +179,16 @@ struct Machine {
   }
   double pj(Event event) const;
 
-  // A line of the texture caches and the L2: at least a burst.
+  // Bytes of a line of the texture caches and the L2: at least a burst.
   std::int64_t line_bytes() const { return std::max(Caches::kLineBytes, memory.burst_bytes); }
 };
 
-// The counts of events as the machine charges them: with tessellator.domain_shading=lanes, vertices are invocations of the
-// shader and their heights its texels.
+// The counts as the machine charges them: with tessellator.domain_shading=lanes, vertices become shader invocations
+// and their heights become texture lookups.
 EventCounts placed(const Machine& gpu, EventCounts counts);
 
-Keys<Machine> burst_keys();    // memory.burst_bytes, which units read, too
-Keys<Machine> machine_keys();  // the others
+Keys<Machine> burst_keys();    // memory.burst_bytes, which units read as well
+Keys<Machine> machine_keys();  // all other keys of the machine
 
 }  // namespace tessera::hardware
 

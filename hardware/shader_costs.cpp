@@ -37,7 +37,7 @@ std::int32_t whole_number(std::string_view text) {
   return value;
 }
 
-// Sorted by name.
+// Reads the table; rows are sorted by name.
 std::vector<ShaderCostRow> read_table(std::string_view text) {
   std::vector<ShaderCostRow> rows;
   bool heading = true;
@@ -64,8 +64,8 @@ const ShaderCost& row_of(std::string_view name) {
   return at->cost;
 }
 
-// Rows added up. Registers are those of the whole shader and of the feature that adds most to them: where each is
-// needed most, the others are not.
+// A sum of rows. Its registers are the whole shader's plus the largest increment of a feature: features need their
+// registers at different places.
 struct Sum {
   ShaderCost cost;
   std::int32_t added_registers = 0;
@@ -92,13 +92,13 @@ std::string joined(std::initializer_list<std::string_view> parts) {
   return name;
 }
 
-// Whether textures are read at coordinates, with derivatives of these.
+// Whether textures are read at texture coordinates, whose derivatives the shader then has.
 bool has_coordinates(const Features& f) {
   return f.base_color || f.metallic_roughness || f.occlusion || f.emissive || f.height_normals ||
          f.normals != Features::Normals::kOfSurface;
 }
 
-// Of a pixel shader: what its textures and vertex colours add.
+// Adds the textures and vertex colours of a pixel shader.
 void add_textures(const Features& f, std::string_view surface, std::string_view motion, std::string_view derivatives,
                   Sum& sum) {
   const std::string_view corners = f.surface == Features::Surface::kTriangles ? "triangles" : "patch";
@@ -109,10 +109,14 @@ void add_textures(const Features& f, std::string_view surface, std::string_view 
                                                                    {f.occlusion, "add/occlusion"},
                                                                    {f.emissive, "add/emissive"}}};
   for (const auto& [there, name] : slots)
-    if (there) sum.add(row_of(joined({name, derivatives})));
+    if (there) {
+      // The fill half does not look at the environment's table, whose rows a texture of roughness sets apart.
+      const bool fills = f.stage == Features::Stage::kFill && name == "add/metallic_roughness";
+      sum.add(row_of(joined({fills ? std::string_view("add/fill/metallic_roughness") : name, derivatives})));
+    }
   if (f.height_normals) sum.add(row_of(joined({"add/height_normals", motion, derivatives})));
   if (has_coordinates(f)) {
-    // The row has the first texture, the base colour's, as well.
+    // The row also includes the first texture, the base colour's.
     sum.add(row_of(joined({"add/coordinate", f.unlit ? "unlit" : "lit", surface, motion, derivatives})));
     sum.add(row_of(joined({"add/base_color", derivatives})), -1);
     if (f.coordinates > 1) sum.add(row_of(joined({"add/coordinate_apart", corners, derivatives})), f.coordinates - 1);
@@ -120,7 +124,7 @@ void add_textures(const Features& f, std::string_view surface, std::string_view 
   if (!mapped) return;
   const bool given = f.normals == Features::Normals::kMappedAlongTangents;
   sum.add(row_of(joined({"add/normal", surface, motion, given ? "along_tangents" : "mapped"})));
-  if (!f.quads) {  // the row is of quads; its lookup's level of detail is that of any other texture
+  if (!f.quads) {  // the row is for quads; its lookup's level of detail costs as much as any other texture's
     sum.add(row_of("add/base_color/surface"));
     sum.add(row_of("add/base_color/quads"), -1);
   }
@@ -135,7 +139,7 @@ std::span<const ShaderCostRow> shader_cost_rows() {
 
 namespace {
 
-// Of a lit pixel shader: what extensions of its material add.
+// Adds the material extensions of a lit pixel shader.
 void add_layers(const Features& f, std::string_view surface, std::string_view motion, std::string_view derivatives,
                 Sum& sum) {
   if (!f.layered()) return;
@@ -162,7 +166,7 @@ void add_layers(const Features& f, std::string_view surface, std::string_view mo
                            f.normals == Features::Normals::kOfSurface ? "of_surface" : "mapped"})));
 }
 
-// Of a lit pixel shader: what an image of the environment adds, and takes.
+// Adds an image of the environment to a lit pixel shader, and subtracts the built-in environment.
 void add_environment(const Features& f, Sum& sum) {
   if (!f.environment_image) return;
   sum.add(
@@ -187,10 +191,48 @@ void add_shadows(const Features& f, std::string_view surface, std::string_view m
     sum.add(row_of(joined({"add/shadow_layers", name, receiver})), casters.layered);
     sum.add(row_of(joined({"add/shadow_layer", name, receiver})), casters.layers - casters.lookups);
   }
-  if (!any) return;
+  if (!any || f.packed) return;
+  if (f.stage == Features::Stage::kLight) return sum.add(row_of(joined({"add/shadows/light", surface, motion})));
   if (computed) return sum.add(row_of(joined({"add/shadows", surface, motion})));
   const bool has_derivatives = has_coordinates(f) && !f.quads;  // the surface's own
   sum.add(row_of(joined({"add/shadows", surface, motion, has_derivatives ? "surface" : "quads"})));
+}
+
+ShaderCost fill_cost(const Features& f, std::string_view surface, std::string_view motion,
+                     std::string_view derivatives) {
+  Sum sum(row_of(joined({"fill", surface, motion})));
+  add_textures(f, surface, motion, derivatives, sum);
+  if (f.packed) sum.add(row_of("add/fill/packed"));
+  return sum.total();
+}
+
+void add_lights(const Features& f, Sum& sum) {
+  bool any_light = false;
+  for (std::size_t kind = 0; kind < f.lights.size(); ++kind)
+    if (f.lights[kind] > 0) {
+      any_light = true;
+      sum.add(row_of(joined({"add/light", kLightNames[kind], f.lights_move ? "moving" : "still"})), f.lights[kind]);
+    }
+  if (any_light) sum.add(row_of("add/lights"));
+}
+
+// Every lane has a roughness of its own, as with a texture of it.
+ShaderCost light_cost(Features f, std::string_view surface, std::string_view motion) {
+  Sum sum(row_of(f.packed ? joined({"light/packed", f.motion == Features::Motion::kStill ? "still" : "moving"})
+                          : joined({"light", surface, motion})));
+  add_lights(f, sum);
+  f.metallic_roughness = true;
+  add_environment(f, sum);
+  f.base_color = f.occlusion = f.emissive = f.metallic_roughness = f.height_normals = false;
+  f.normals = Features::Normals::kOfSurface;
+  if (f.packed) {
+    const bool casts = std::ranges::any_of(f.shadows, [](const auto& casters) { return casters.lookups > 0; });
+    if (casts) sum.add(row_of("add/shadows/packed"));
+    f.surface = Features::Surface::kComputed;
+  }
+  f.quads = true;
+  add_shadows(f, surface, motion, sum);
+  return sum.total();
 }
 
 }  // namespace
@@ -198,7 +240,7 @@ void add_shadows(const Features& f, std::string_view surface, std::string_view m
 ShaderCost shader_cost(const ShaderFeatures& f) {
   const std::string_view surface = kSurfaceNames[static_cast<std::size_t>(f.surface)];
   const bool patch = f.surface == Features::Surface::kPatch || f.surface == Features::Surface::kDisplacedPatch;
-  // Pixel shaders get vertices posed: there is nothing to evaluate twice but patches.
+  // Pixel shaders receive posed vertices, so only patches are evaluated at both keys.
   const bool evaluates = patch || f.stage == Features::Stage::kDomain;
   const Features::Motion motion_taken = evaluates ? f.motion : std::min(f.motion, Features::Motion::kMoving);
   const std::string_view motion = kMotionNames[static_cast<std::size_t>(motion_taken)];
@@ -223,16 +265,12 @@ ShaderCost shader_cost(const ShaderFeatures& f) {
     if (f.vertex_colors) sum.add(row_of(joined({"add/vertex_colors", patch ? "patch" : "triangles"})));
     return sum.total();
   }
+  if (f.stage == Features::Stage::kFill) return fill_cost(f, surface, motion, derivatives);
+  if (f.stage == Features::Stage::kLight) return light_cost(f, surface, motion);
   Sum sum(f.unlit ? row_of("unlit") : row_of(joined({"lit", surface, motion})));
   if (f.surface != Features::Surface::kComputed) add_textures(f, surface, motion, derivatives, sum);
   if (f.unlit) return sum.total();
-  bool any_light = false;
-  for (std::size_t kind = 0; kind < f.lights.size(); ++kind)
-    if (f.lights[kind] > 0) {
-      any_light = true;
-      sum.add(row_of(joined({"add/light", kLightNames[kind], f.lights_move ? "moving" : "still"})), f.lights[kind]);
-    }
-  if (any_light) sum.add(row_of("add/lights"));
+  add_lights(f, sum);
   add_layers(f, surface, motion, derivatives, sum);
   add_environment(f, sum);
   add_shadows(f, surface, motion, sum);

@@ -8,7 +8,7 @@
 namespace tessera::hardware {
 
 // Units of the machine that have a throughput, in the order in which work passes them. The front end and the binner
-// exist once, the others once in each tile core; the memory (kDram) is shared by all.
+// exist once, the others once in each tile core; all share the memory (kDram).
 enum class Stage : std::uint8_t {
   kFrontend,
   kBinner,  // geometry

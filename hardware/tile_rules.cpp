@@ -15,7 +15,7 @@ namespace {
 
 struct MaliProduct {
   std::string_view name;
-  unsigned usable_bytes;  // for colours of one tile
+  unsigned usable_bytes;  // bytes for the colours of one tile
   unsigned max_pixels;
 };
 
@@ -33,13 +33,7 @@ unsigned pixel_bytes(const PassFormat& format) {
                                format.samples);
 }
 
-// A power of two of pixels as a tile that is as wide as high, or twice as wide.
-TilePixels tile_of(unsigned pixels) {
-  const int bits = std::bit_width(pixels) - 1;
-  return {1 << (bits + 1) / 2, 1 << bits / 2};
-}
-
-// Halves a tile so many times: first its height.
+// Halves a tile `times` times: first its height.
 TilePixels halved(TilePixels tile, int times) {
   for (; times > 0; --times) (tile.width == tile.height ? tile.height : tile.width) /= 2;
   return tile;
@@ -50,6 +44,18 @@ TilePixels halved(TilePixels tile, int times) {
 }
 
 }  // namespace
+
+TilePixels tile_of(unsigned pixels) {
+  const int bits = std::bit_width(pixels) - 1;
+  return {1 << (bits + 1) / 2, 1 << bits / 2};
+}
+
+TilePixels largest_tile(std::uint64_t pixel_bytes, std::uint64_t memory_bytes, std::uint64_t tiles) {
+  constexpr unsigned kLeast = 8 * 8, kMost = 64 * 64;
+  unsigned pixels = kMost;
+  while (pixels > kLeast && tiles * pixels * pixel_bytes > memory_bytes) pixels /= 2;
+  return tile_of(pixels);
+}
 
 std::span<const std::string_view> mali_products() {
   static constexpr auto kNames = [] {

@@ -28,7 +28,7 @@ DramBanks::DramBanks(const DramSpec& spec, const DramControl& control)
       transaction_mask_(~std::uint64_t{spec.transaction_bytes - 1}) {
   channels_.reserve(spec_.channels);
   for (std::uint32_t i = 0; i < spec_.channels; ++i) channels_.emplace_back(spec_, control_, i);
-  // What waits and what is on its way to the pins.
+  // Room for every transaction that waits in a queue or is on its way to the pins.
   over_.reserve(std::size_t{2} * spec_.channels * (control_.read_depth + control_.write_depth));
 }
 

@@ -9,7 +9,7 @@
 
 namespace tessera::memory {
 
-// A transaction that is over: its last data were on the bus at the end of `clock`.
+// A completed transaction: its last data were on the bus at the end of `clock`.
 struct DramCompletion {
   std::uint64_t id = 0;
   DramClock clock = 0;
@@ -24,9 +24,10 @@ struct DramCompletion {
 //   dram.advance(t, completions)          // everything before t has happened
 //   if (dram.can_accept(address, write)) dram.submit(id, address, write)   // at t
 //
-// Requests move one transaction, the one that holds `address`. A read is over with its last data; a write when its
-// data have crossed the bus, so whoever posts stores ignores that. A read of a transaction for which a write waits is
-// answered from the queue one clock later; a write merges with a waiting one and ends with the next clock. There are no
+// Requests move one transaction, the one that holds `address`. A read completes with its last data. A write completes
+// when its data have crossed the bus; a unit that posts its stores ignores this. A read of a transaction for which a
+// write waits is answered from the queue one clock later; a write merges with a waiting one and completes in the next
+// clock. The model holds no data: a unit that must read an address before it writes there waits for the read.
 // data: whoever needs a read before a write to the same address waits for the read.
 //
 // Invariants (cited by the tests):
@@ -40,7 +41,7 @@ struct DramCompletion {
 //   DB6  No request waits without end while others are taken.
 class DramBanks {
  public:
-  // Throws what check_dram() throws.
+  // Throws the errors of check_dram().
   explicit DramBanks(const DramSpec& spec) : DramBanks(spec, default_control(spec)) {}
   DramBanks(const DramSpec& spec, const DramControl& control);
   DramBanks(const DramBanks&) = delete;
@@ -48,19 +49,19 @@ class DramBanks {
 
   const DramSpec& spec() const { return spec_; }
   const DramControl& control() const { return control_; }
-  // The clock to which it was advanced.
+  // The clock to which advance() was last called.
   DramClock now() const { return now_; }
 
-  // False: the channel's queue is full.
+  // Returns false when the channel's queue is full.
   bool can_accept(std::uint64_t address, bool write) const { return !channels_[map_.channel(address)].full(write); }
   std::uint32_t channel(std::uint64_t address) const { return map_.channel(address); }
-  // A request at now(): the first command for it is issued then at the earliest. False: refused.
+  // Submits a request at now(); its first command is issued then at the earliest. Returns false when it is refused.
   [[nodiscard]] bool submit(std::uint64_t id, std::uint64_t address, bool write);
 
-  // The next clock at which something may be seen from outside: a completion, or a place in a queue that a command has
-  // left. Later than now(); kNoDramClock when nothing is under way.
+  // The next clock at which the outside may see a change: a completion, or a command that frees a place in a queue.
+  // Later than now(); kNoDramClock when no request is in progress.
   DramClock next_event();
-  // The same for a place in the queues of the address's channel alone: when to ask again what was refused.
+  // The same for the queues of the address's channel alone: the clock at which to submit a refused request again.
   DramClock next_place(std::uint64_t address) {
     DramChannel& channel = channels_[map_.channel(address)];
     return channel.idle() ? kNoDramClock : channel.next_clock() + 1;
@@ -71,15 +72,15 @@ class DramBanks {
 
   bool idle() const;
   DramCounters counters() const;
-  // Every command from now on (null: none); must outlive this or the next call. Channels come interleaved, the commands
-  // of one in the order of their clocks.
+  // Logs every command from now on; nullptr stops logging. `log` must outlive this object or the next call. Commands
+  // of different channels come interleaved, the commands of one channel in the order of their clocks.
   void log_into(std::vector<DramCommand>* log);
 
  private:
   struct Over {
     DramClock clock = 0;
     std::uint64_t order = 0, id = 0;
-    // Of a heap whose top is over first.
+    // Orders a heap whose top completes first.
     bool operator<(const Over& other) const { return clock != other.clock ? clock > other.clock : order > other.order; }
   };
   void add(const Over& over);

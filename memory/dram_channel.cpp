@@ -12,7 +12,7 @@ namespace {
 
 using enum DramCommandKind;
 
-// What goes first of that which can be issued in one clock.
+// Priorities of the commands that can be issued in the same clock; the lowest goes first.
 enum Urgency : std::uint32_t { kOpenerUrgency, kRefreshUrgency, kColumnUrgency, kRowUrgency };
 
 void at_least(DramClock& clock, DramClock to) { clock = std::max(clock, to); }
@@ -83,7 +83,7 @@ void DramChannel::take(const DramPlace& place, std::uint64_t transaction, bool w
                        std::uint64_t order, DramClock now) {
   const std::uint32_t number = place.rank * banks_of_rank_ + place.bank_group * spec_->banks_per_group + place.bank;
   Bank& bank = banks_[number];
-  // At the clocks that have passed without it the direction did not hang on this request.
+  // The direction in the clocks that have passed did not depend on this request, so it is decided first.
   if (now > std::max(bus_free_, now_)) turn(next_direction());
   const std::uint16_t e = free_;
   Entry& entry = entries_[e];
@@ -102,7 +102,7 @@ void DramChannel::take(const DramPlace& place, std::uint64_t transaction, bool w
   Next& next = next_[write][number];
   next = next_of(bank, write);
 
-  // Only this bank's plan can have changed, unless the direction has.
+  // The new request can change only this bank's plan, unless it changes the direction.
   if (!planned_) return;
   if (next_direction() != plan_writing_) {
     planned_ = false;
@@ -115,7 +115,7 @@ void DramChannel::take(const DramPlace& place, std::uint64_t transaction, bool w
   }
 }
 
-// Writes wait for each other so that the data bus rarely turns round.
+// Chooses the direction: writes are collected so that the data bus rarely turns round.
 bool DramChannel::next_direction() const {
   const auto [reads, writes] = waiting_;
   if (!writing_) {
@@ -131,7 +131,7 @@ void DramChannel::turn(bool writing) {
   if (writing) {
     drained_ = 0;
   } else {
-    // A drain that ended by itself does not hold up the next.
+    // A drain that ended by itself does not delay the next one.
     reads_since_drain_ = waiting_[1] <= control_.write_low ? control_.min_reads : 0;
   }
 }
@@ -151,7 +151,8 @@ void DramChannel::update(std::uint32_t bank) {
   for (const std::size_t direction : {0u, 1u}) next_[direction][bank] = next_of(banks_[bank], direction);
 }
 
-// From `ready` on: behind the second half of the last activate where that can wait no longer.
+// The first clock from `ready` on at which the command bus is free: after the second half of the last activate if
+// that half can wait no longer.
 DramClock DramChannel::command_clock(DramClock ready, bool activate, std::uint32_t slots) const {
   DramClock clock = std::max({ready, bus_free_, now_});
   if (second_half_ > 0 && (activate || clock + slots + second_half_ > second_half_until_))
@@ -159,7 +160,7 @@ DramClock DramChannel::command_clock(DramClock ready, bool activate, std::uint32
   return clock;
 }
 
-// When what the banks of a group share, from the group to the command bus, is ready for a step.
+// The clock at which everything that the banks of a group share, from the group to the command bus, is ready for a step.
 DramClock DramChannel::shared_clock(Step step, const Group& group, bool write) const {
   const Rank& rank = ranks_[group.rank];
   switch (step) {
@@ -188,13 +189,13 @@ void DramChannel::plan_opener(std::uint32_t number) {
   if (plan.before(plan_)) plan_ = plan;
 }
 
-// The requests of a bank, when the group is ready at `shared` for what they need next.
+// Plans the next command of a bank; `shared` is the clock at which its group is ready for it.
 void DramChannel::plan_bank(std::uint32_t number, const Next& next, DramClock shared) {
   DramClock clock = std::max(next.ready, shared);
   if (clock > plan_.clock) return;
   const bool column = next.step == Step::kColumn;
   if (column) clock = with_cas(clock);
-  // From its refresh on the rank waits.
+  // The rank issues no other command once its refresh is due.
   if (clock >= ranks_[banks_[number].rank].refresh) return;
   const Plan plan{clock,
                   next.order,
@@ -216,7 +217,7 @@ void DramChannel::plan() {
   for (const Group& group : groups_) {
     std::uint64_t left = pending & group.banks;
     if (left == 0) continue;
-    // 0: not asked for yet, or found to be 0.
+    // 0: not computed yet, or computed to be 0.
     std::array<DramClock, 4> shared{};
     for (; left != 0; left &= left - 1) {
       const auto number = static_cast<std::uint32_t>(std::countr_zero(left));
@@ -227,7 +228,7 @@ void DramChannel::plan() {
     }
   }
   for (std::uint32_t rank = 0; rank < ranks_.size(); ++rank) {
-    // Before the rank's time nothing of the refresh can be issued.
+    // No command of the refresh can be issued before it is due.
     if (ranks_[rank].refresh > plan_.clock) continue;
     const Plan plan = plan_of_refresh(rank);
     if (plan.before(plan_)) plan_ = plan;
@@ -257,7 +258,7 @@ DramChannel::Issued DramChannel::issue() {
   const DramClock at = next_clock();
   const Plan plan = plan_;
   turn(plan_writing_);
-  // The second half of an activate went into the gap before this command, as far as there was one.
+  // The second half of an activate used the gap before this command, as far as there was one.
   const bool column = plan.kind == kRead || plan.kind == kWrite;
   const DramClock begin = column && at >= wck_until_ + n_.cas ? at - n_.cas : at;
   second_half_ -= static_cast<std::uint32_t>(std::min<DramClock>(second_half_, begin - bus_free_));
@@ -305,7 +306,7 @@ void DramChannel::issue_column(Bank& bank, DramClock at, Issued& issued) {
   count_first(entry, counters_.row_hits);
   if (!plan_.opener && e != bank.first[direction]) ++bank.overtaken;
 
-  // What the command keeps from happening.
+  // Updates the earliest clocks of the commands that this one delays.
   Group& group = groups_[bank.group];
   const DramClock data = at + (direction != 0 ? n_.wl : n_.rl), end = data + n_.burst;
   group.column[direction] = at + n_.ccd_l;
@@ -416,7 +417,7 @@ void DramChannel::pass_idle_time(DramClock until) {
     bool closed = log_ == nullptr;
     for (const Rank& rank : ranks_) closed = closed && rank.open_banks == 0;
     if (closed) {
-      // Nothing but refreshes, each long over when the next is due: all but the last are counted at once.
+      // Only refreshes happen, and each ends long before the next is due: all but the last are counted at once.
       for (Rank& rank : ranks_) {
         if (rank.refresh + 2 * DramClock{n_.refi} >= until) continue;
         const DramClock times = (until - 1 - rank.refresh) / n_.refi - 1;
@@ -448,7 +449,7 @@ void DramChannel::leave_queue(Bank& bank, int direction, std::uint16_t e) {
   }
   if (bank.last[d] == e) bank.last[d] = before;
   if (bank.first[d] == kNone) pending_[d] &= ~(std::uint64_t{1} << plan_.bank);
-  // Those before it are for other rows.
+  // Earlier requests of the bank are for other rows.
   find_hit(bank, direction, next);
   --waiting_[d];
 }

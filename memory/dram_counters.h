@@ -8,7 +8,7 @@
 
 namespace tessera::memory {
 
-// What an external memory did. Counted where the command is issued or the request taken.
+// Counters of an external memory. An event is counted when its command is issued or its request is taken.
 struct DramCounters {
   std::uint64_t reads = 0, writes = 0, forwarded_reads = 0, merged_writes = 0;
   std::uint64_t read_bursts = 0, write_bursts = 0, activates = 0, precharges = 0, refreshes = 0;
@@ -19,7 +19,7 @@ struct DramCounters {
   bool operator==(const DramCounters&) const = default;
 };
 
-// Nanojoules, by what they are spent on.
+// Energy in nanojoules, by cause.
 struct DramEnergy {
   double activate_nj = 0, transfer_nj = 0, io_nj = 0, refresh_nj = 0, background_nj = 0;
   double total_nj() const { return activate_nj + transfer_nj + io_nj + refresh_nj + background_nj; }

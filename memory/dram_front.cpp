@@ -72,7 +72,7 @@ void DramFront::issue(Port& port, DramClock until, std::vector<DramAnswer>& answ
 DramClock DramFront::next_look(Port& port) const {
   if (port.channel.idle()) return kNoDramClock;
   const DramClock next = port.channel.next_clock();
-  // What enters in the clock after and finds its write there is answered in the one after that.
+  // A request that enters one clock later and finds its write there is answered in the clock after that.
   if (port.touching > 0) return next + 2;
   return next + (port.writes > 0 ? write_clocks_ : read_clocks_);
 }

@@ -10,7 +10,7 @@
 namespace tessera::memory {
 namespace {
 
-// The requests of a stream one by one.
+// Splits a stream of bursts into requests.
 class RequestStream {
  public:
   RequestStream(const std::vector<Burst>& bursts, const DramReplayOptions& options, const DramSpec& spec)
@@ -75,7 +75,7 @@ class Latencies {
 
  private:
   double tck_ns_;
-  std::vector<DramClock> since_;  // kNoDramClock: a write
+  std::vector<DramClock> since_;  // time of each read; kNoDramClock for a write
   std::vector<std::uint32_t> clocks_;
 };
 
@@ -104,7 +104,7 @@ DramReplayResult replay_bursts(DramBanks& dram, const std::vector<Burst>& bursts
       ++result.transactions;
       stream.next();
     }
-    // Nothing else changes what comes next: the time of the next request, or a place for it.
+    // The state changes next at the time of the next request, or when a place for it becomes free.
     const DramClock next = stream.done()               ? dram.next_event()
                            : stream.due() > dram.now() ? stream.due()
                                                        : dram.next_place(stream.address());

@@ -9,21 +9,21 @@
 
 namespace tessera::memory {
 
-// Plays a stream of bursts to an external memory, in their order: a refused request holds up those behind it.
+// Options for playing a stream of bursts to an external memory in order: a refused request holds up all later ones.
 struct DramReplayOptions {
-  // Requests come at their cycles, of a clock of `cycle_ns`; false: as fast as they are taken.
+  // true: requests come at their cycles, of a clock of `cycle_ns`; false: as fast as the memory takes them.
   bool timed = true;
   double cycle_ns = 1;
   // Bytes that a burst of the stream moves; each transaction of the memory that they touch is a request.
   std::uint32_t burst_bytes = 64;
 };
 
-// Latency of a read: from its time (timed) or from being taken to its last data.
+// Results of a replay. The latency of a read counts from its time (timed), or from its being taken, to its last data.
 struct DramReplayResult {
   DramClock end = 0;  // the last completion
   std::uint64_t transactions = 0, reads = 0;
   double mean_latency_ns = 0, p95_latency_ns = 0, max_latency_ns = 0;
-  double max_lag_ns = 0;  // between a request's time and its being taken
+  double max_lag_ns = 0;  // longest time from a request's cycle to its being taken
   DramCounters counters;
   DramEnergy energy;
 

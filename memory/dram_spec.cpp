@@ -26,7 +26,7 @@ constexpr std::string_view kLpddr5Source =
 constexpr std::string_view kLpddr5xSource =
     "as lpddr5-6400 in ns, 16 Gb (tRFCab 280 ns); RL 23, WL 12, nWR 37 at 1067 MHz assumed: the same ns";
 
-// Whole clocks that last at least so long.
+// The least number of whole clocks that lasts at least `ns`.
 std::uint32_t clocks(double ns, double tck_ns) { return static_cast<std::uint32_t>(std::ceil(ns / tck_ns - 1e-9)); }
 
 DramSpec lpddr4(std::string_view type, double tck_ns, std::uint32_t rl, std::uint32_t wl) {
@@ -43,7 +43,7 @@ DramSpec lpddr4(std::string_view type, double tck_ns, std::uint32_t rl, std::uin
   n.burst = n.burst_group = n.ccd_s = n.ccd_l = 8;
   n.rcd = clocks(18, t), n.rp = clocks(18, t), n.rp_all = clocks(21, t), n.ras = clocks(42, t), n.rc = n.ras + n.rp;
   n.rrd_s = n.rrd_l = clocks(7.5, t), n.faw = clocks(30, t);
-  // tDQSCK is part of what a read takes at the pins.
+  // The read latency at the pins includes tDQSCK.
   const std::uint32_t dqsck = clocks(3.5, t);
   n.rl = rl + dqsck, n.wl = wl;
   n.rtw = n.rl + n.burst + 2 - n.wl;
@@ -55,7 +55,7 @@ DramSpec lpddr4(std::string_view type, double tck_ns, std::uint32_t rl, std::uin
   return spec;
 }
 
-// LPDDR5 in bank group mode; what is not scaled with the clock comes in the arguments.
+// LPDDR5 in bank group mode; the arguments give the values that do not scale with the clock.
 DramSpec lpddr5(std::string_view type, double tck_ns, std::uint32_t rl, std::uint32_t wl, std::uint32_t wr) {
   DramSpec spec;
   spec.type = type;
@@ -141,8 +141,9 @@ void check_timings(const DramSpec& spec) {
   need(n.rrd_l >= n.rrd_s, "rrd_l >= rrd_s");
   need(n.rp_all >= n.rp, "rp_all >= rp");
   need(n.wtr_l + n.burst_group >= n.wtr_s + n.burst, "wtr_l + burst_group >= wtr_s + burst");
-  need(n.rtw + n.wl >= n.rl + n.burst, "rtw + wl >= rl + burst: data of a write behind those of a read");
-  need(n.refi > n.rfc + n.rp_all + n.ras + n.wl + n.burst + n.wr, "refi beyond rfc and what closes all banks");
+  need(n.rtw + n.wl >= n.rl + n.burst, "rtw + wl >= rl + burst: data of a write follow the data of a read");
+  need(n.refi > n.rfc + n.rp_all + n.ras + n.wl + n.burst + n.wr,
+       "refi longer than rfc and the time that closes all banks");
 }
 
 }  // namespace

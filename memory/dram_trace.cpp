@@ -17,8 +17,8 @@
 namespace tessera::memory {
 namespace {
 
-// [assumed] Longer than the queues of the memories that traces were played to keep a read: DRAMsim3 serves none while
-// writes keep its queue of 32 full, so that only reads that follow push one through.
+// [assumed] A write is held longer than the queues of the known simulators can hold a read: DRAMsim3 serves no read
+// while writes fill its queue of 32, so that only later reads push one through.
 constexpr double kHoldNs = 4000, kMaxHoldNs = 1e9;
 constexpr std::uint64_t kHoldReads = 512;
 
@@ -40,7 +40,7 @@ DramSpec as_written(DramSpec memory, std::uint32_t line_bytes) {
 
 const std::string kDescriptionSchema = "tessera.dram-trace/1";
 
-// "0xADDRESS READ|WRITE CYCLE" with any blanks between; false: it is not.
+// Parses "0xADDRESS READ|WRITE CYCLE" with any blanks between; returns false for any other line.
 bool parse_burst(std::string_view line, Burst& burst) {
   const auto word = [&line] {
     constexpr std::string_view kBlanks = " \t\r";
@@ -85,7 +85,7 @@ void ReadWriteOrder::emit(Burst burst, Address& state) {
   out_(burst);
 }
 
-// What was held and may go at `cycle`.
+// Releases the held bursts that may go at `cycle`.
 void ReadWriteOrder::release(std::uint64_t cycle, bool all) {
   while (!releases_.empty()) {
     const Release top = releases_.top();
@@ -93,7 +93,7 @@ void ReadWriteOrder::release(std::uint64_t cycle, bool all) {
     if (!all && !free && cycle < top.late_cycle) return;
     releases_.pop();
     Address& state = addresses_[top.address];
-    // No later than the burst that is added; at the end, when the bound is kept.
+    // The cycle is no later than the added burst's; at the end of the stream it is the cycle at which the bound is met.
     cycle_ = std::max(cycle_, all ? top.cycle : cycle);
     do {
       const Burst burst = state.held.front();
@@ -104,7 +104,7 @@ void ReadWriteOrder::release(std::uint64_t cycle, bool all) {
   }
 }
 
-// Reads that no write has to wait for any more.
+// Forgets reads that no write has to wait for any more.
 void ReadWriteOrder::forget(std::uint64_t cycle) {
   while (!reads_.empty() && number_ - reads_.front().first >= bound_.reads) {
     const auto found = addresses_.find(reads_.front().second);
@@ -162,7 +162,7 @@ void DramTrace::write(const Burst& transaction) {
 void DramTrace::add_transaction(const Burst& transaction) {
   const bool same = any_ && transaction.address == last_.address && transaction.write == last_.write;
   last_ = transaction, any_ = true;
-  // Bursts as large as a line are a line each.
+  // When a burst is as large as a line, every burst has its own line.
   if (!same || description_.units.transaction_bytes <= burst_bytes_) order_.add(transaction);
 }
 

@@ -24,15 +24,14 @@ struct Burst {
   bool operator==(const Burst&) const = default;
 };
 
-// Keeps writes away from reads of the same address that may be outstanding: a memory that takes both at once may do them
-// in either order, and DRAMsim3 then waits without end. Bursts go through in the order in which they come; a write is
-// held until its address's last read lies `reads` reads and `cycles` back, or `max_cycles`, and what touches the
-// address after it waits behind it.
+// Separates writes from outstanding reads of the same address: a memory that takes both at once may do them in either
+// order, and DRAMsim3 then never finishes. Bursts pass in the order in which they come. A write is held until its
+// address's last read lies `reads` reads and `cycles` back, or `max_cycles`; later bursts to the address wait behind it.
 //
 // Invariants (cited by the tests):
-//   RW1  A write comes no sooner after a read of its address than that, but at the end of the stream, where bursts to
-//        put between them run out: there cycles alone part them.
-//   RW2  Bursts come out once each; those of one address in their order; cycles never fall.
+//   RW1  A write comes no sooner after a read of its address than that bound. At the end of the stream, where no bursts
+//        remain to put between them, cycles alone separate them.
+//   RW2  Bursts come out once each, the bursts of one address in their order; cycles never fall.
 class ReadWriteOrder {
  public:
   struct Bound {
@@ -51,7 +50,7 @@ class ReadWriteOrder {
   };
   struct Release {
     std::uint64_t number = 0, cycle = 0, late_cycle = 0, address = 0;
-    bool operator<(const Release& other) const {  // the first on top
+    bool operator<(const Release& other) const {  // the first release is on top
       return number != other.number ? number > other.number : address > other.address;
     }
   };
@@ -66,34 +65,35 @@ class ReadWriteOrder {
   std::uint64_t number_ = 0, cycle_ = 0;
   std::unordered_map<std::uint64_t, Address> addresses_;
   std::priority_queue<Release> releases_;
-  std::deque<std::pair<std::uint64_t, std::uint64_t>> reads_;  // number, address: of those to forget
+  std::deque<std::pair<std::uint64_t, std::uint64_t>> reads_;  // number and address of reads that will be forgotten
 };
 
-// What a trace's lines count in.
+// Units of a trace's lines.
 struct DramTraceUnits {
   double clock_mhz = 800;
-  std::uint32_t transaction_bytes = 64;  // what a line moves: at least a burst; addresses are multiples of it
+  std::uint32_t transaction_bytes = 64;  // bytes of a line: at least a burst; addresses are multiples of it
 };
 
-// A trace and the memory that it was asked of, with the addresses and transactions of the trace: FILE.json beside FILE.
+// Description of a trace, FILE.json beside FILE: its units and the memory that took the requests, with the trace's addresses.
 struct DramTraceDescription {
   DramTraceUnits units;
   DramSpec memory;
 };
 
-// `--dram-trace`: transactions as text, a line each: "0xADDRESS READ|WRITE CYCLE", the form of DRAMsim3 and of drivers of
-// Ramulator 2's External front end; where the file's name ends in .loadstore that of Ramulator 2's LoadStoreTrace, which
-// keeps no time: "LD|ST 0xADDRESS". Frames follow each other without a gap. Neighbouring bursts of one transaction are one
-// line. Those simulators read addresses in the order RoBaRaCoCh, so the trace has them in that order, whatever the mapping
-// of the memory, and each burst stays in its bank. ReadWriteOrder holds writes back by 512 reads and 4 us, a second at
-// most. A second file, dram_trace_description(FILE), describes the trace, since those readers take no line of another form;
+// The trace of `--dram-trace`: text with a line for each transaction, "0xADDRESS READ|WRITE CYCLE", the form of
+// DRAMsim3 and of drivers of Ramulator 2's External front end. A file name that ends in .loadstore selects the form
+// of Ramulator 2's LoadStoreTrace, which has no times: "LD|ST 0xADDRESS". Frames follow each other without a gap.
+// Neighbouring bursts of one transaction share a line. Those simulators read addresses in the order RoBaRaCoCh, so
+// the trace has them in that order, whatever the mapping of the memory, and each burst stays in its bank.
+// ReadWriteOrder holds writes back by 512 reads and 4 us, a second at most. A second file,
+// dram_trace_description(FILE), describes the trace, since those readers accept no other lines; a trace that goes to
 // a stream has none. Throws WriteError.
 class DramTrace {
  public:
-  // `memory`: whose transactions are added, in its clocks.
+  // `memory`: the memory whose transactions are added, in its clocks.
   DramTrace(const std::filesystem::path& file, const DramTraceUnits& units, const DramSpec& memory);
 
-  // Transactions of a frame in the order of their cycles, and the clocks of the memory that the frame takes.
+  // Adds a frame's transactions, in the order of their cycles; `frame_clocks` is the frame's length in clocks of the memory.
   void add(std::span<const Burst> transactions, double frame_clocks);
   void commit();
   std::uint64_t transactions() const { return transactions_; }
@@ -115,13 +115,13 @@ class DramTrace {
   std::string text_;
 };
 
-// FILE.json, which describes FILE.
+// The name of the file that describes a trace: FILE.json.
 std::filesystem::path dram_trace_description(const std::filesystem::path& trace);
-// Reads it; nothing where there is none. Throws InputError where it says what cannot be.
+// Reads the description of a trace; nothing where there is none. Throws InputError for an invalid one.
 std::optional<DramTraceDescription> read_dram_trace_description(const std::filesystem::path& trace);
 
-// Reads the form of DRAMsim3. Any bytes are taken: what is not a line of it, or whose cycle falls, throws InputError with
-// the line's number. LimitError beyond `max_bytes`.
+// Reads a trace in the form of DRAMsim3. Any bytes are taken: a line of another form, or a cycle that falls, throws
+// InputError with the line's number. Throws LimitError beyond `max_bytes`.
 std::vector<Burst> read_dram_trace(const std::filesystem::path& file, std::uint64_t max_bytes);
 
 }  // namespace tessera::memory

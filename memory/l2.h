@@ -10,15 +10,15 @@
 
 namespace tessera::memory {
 
-// Lines that the texture caches of all cores and the tessellators asked of the shared L2.
+// Counters of the shared L2: lines that texture caches, pixel shaders, tessellators and resolve units requested.
 struct L2Counters {
   std::uint64_t requests = 0;
   std::uint64_t misses = 0;
   std::uint64_t attribute_requests = 0;
 };
 
-// The cache that all tile cores share, in front of the external memory. Textures, displacement maps, records of base
-// patches and what is read of the previous frame go through it; everything else bypasses the L2. Used in emulated order by one thread.
+// The cache that all tile cores share, in front of the external memory. Textures, displacement maps, records of base patches
+// and reads of the previous frame go through it; all other traffic bypasses the L2. One thread uses it, in emulated order.
 class L2 {
  public:
   struct Spec {
@@ -27,7 +27,7 @@ class L2 {
   explicit L2(const Spec& spec)
       : cache_(spec.bytes, spec.ways, spec.line_bytes), line_bytes_(static_cast<std::uint64_t>(spec.line_bytes)) {}
 
-  // Reads a line; false: it missed, and one line was charged to the ledger as a read of `unit`.
+  // Reads a line. A miss returns false and charges one line to the ledger as a read of `unit`.
   bool read(std::uint32_t line, Purpose purpose = Purpose::kTexture, Unit unit = Unit::kTilecore) {
     ++account_.counters.requests;
     if (purpose == Purpose::kAttributes) ++account_.counters.attribute_requests;
@@ -39,7 +39,7 @@ class L2 {
 
   std::uint64_t line_bytes() const { return line_bytes_; }
 
-  // Since the last call.
+  // Counters and traffic since the last call of take_account().
   struct Account {
     L2Counters counters;
     Ledger ledger;
@@ -62,14 +62,14 @@ inline constexpr bool kAbsentWhenIdle<memory::L2Counters> = true;
 template <>
 inline constexpr auto kCounterFields<memory::L2Counters> = std::to_array<CounterField<memory::L2Counters>>({
     {"l2.requests", &memory::L2Counters::requests, Combine::kSum, "lines",
-     "Lines that texture caches, pixel shaders (of base patches), tessellators (of displacement maps) and resolve "
-     "units "
-     "(of the previous frame) asked of the L2.",
+     "Lines that texture caches, pixel shaders (for base patches), tessellators (for displacement maps) and resolve "
+     "units (for the previous frame) requested from the L2.",
      "MaliL2CacheRdLookup; V3D L2T-total-cache-hit and -miss together"},
-    {"l2.misses", &memory::L2Counters::misses, Combine::kSum, "lines", "Of these, fetched from memory.",
+    {"l2.misses", &memory::L2Counters::misses, Combine::kSum, "lines",
+     "Requested lines that the L2 fetched from memory.",
      "MaliL2CacheRdMissRate (times lookups); Adreno % Texture L2 miss; V3D L2T-total-cache-miss"},
     {"l2.attribute_requests", &memory::L2Counters::attribute_requests, Combine::kSum, "lines",
-     "Of these requests, lines of base patches' records that pixel shaders read.", ""},
+     "Requested lines of base patches' records that pixel shaders read.", ""},
 });
 TESSERA_COUNTERS_COVER(memory::L2Counters);
 

@@ -22,18 +22,17 @@ std::string_view meaning(Purpose purpose) {
       "samples of unfinished tiles, stored and reloaded around a partial render",
       "finished pixels",
       "lines of textures, and of the front end's tables of their heights, that missed the caches",
-      "what the resolve unit keeps of a frame for the next: colours read again, depths and surfaces, regimes of blocks",
+      "history of the resolve unit for the next frame: colours read again, depths and surfaces, regimes of blocks",
       "pixels of neighbouring tiles that stencils reach into, in a second pass",
       "parameter map and rate map of procedures",
-      "records of base patches and what else materials read of their vertices, for the pixel shader, by lines of the "
-      "L2; records of lights, where tiles have light lists",
-      "farthest depths of blocks, which the next frame's front end guesses by, and what it deferred",
-      "signatures of tiles, of their colours or of what they are rendered from",
-      "what is behind surfaces that transmit, and its smaller levels, when it is made; they are read as a texture",
-      "depths of the maps of lights that cast shadows, and flags of tiles in which nothing does: written by their "
-      "passes, "
-      "read through the texture units",
-      "images that a pass of the capture stores and another one loads, and depths that it asks to store"};
+      "records of base patches and further vertex attributes for the pixel shader, by lines of the L2; records of "
+      "lights, where tiles have light lists",
+      "farthest depths of blocks, by which the next frame's front end culls, and deferred patches",
+      "signatures of tiles' colours or inputs",
+      "the scene-color image behind transmitting surfaces and its mip chain, as they are made; reads of them count as "
+      "textures",
+      "depths of shadow maps, and flags of their empty tiles: written by their passes, read through the texture units",
+      "images that one pass of the capture stores and another loads, and depths that it requests to store"};
   return kMeanings[static_cast<std::size_t>(purpose)];
 }
 

@@ -7,7 +7,7 @@
 
 namespace tessera::memory {
 
-// The units that reach external memory, and what for. A pair that never moved a byte is not reported.
+// Units that reach external memory, and the purposes of their traffic. A pair that never moved a byte is not reported.
 enum class Unit : std::uint8_t { kFrontend, kBinner, kTilecore, kResolve, kSampling };
 enum class Purpose : std::uint8_t {
   kPatchData,
@@ -38,7 +38,7 @@ struct Traffic {
   std::uint64_t written_bytes = 0;
 };
 
-// One transfer over the external interface: whole bursts. `offset`: within what its purpose has of the memory.
+// One transfer over the external interface, in whole bursts. `offset` counts from the start of its purpose's memory.
 struct Access {
   std::uint64_t offset = 0, bytes = 0;
   Unit unit = Unit::kFrontend;
@@ -46,8 +46,8 @@ struct Access {
   bool write = false;
 };
 
-// The transfers of a ledger in the order in which they were charged. What is charged without an offset lies
-// behind what was charged before for the same purpose.
+// The transfers of a ledger in the order in which they were charged. A transfer without an offset lies directly after
+// the preceding transfer of the same purpose.
 class AccessLog {
  public:
   void add(Unit unit, Purpose purpose, bool write, std::uint64_t offset, std::uint64_t bytes) {
@@ -81,7 +81,7 @@ class Ledger {
     at(unit, purpose).written_bytes += bytes;
     if (log_ != nullptr) log_->add_next(unit, purpose, true, bytes);
   }
-  // The same for the bursts that `bytes` bytes at `offset` touch.
+  // Charges all bursts that the bytes [offset, offset + bytes) touch.
   void read_at(Unit unit, Purpose purpose, std::uint64_t offset, std::uint64_t bytes, std::uint64_t burst) {
     move_at(unit, purpose, false, offset, bytes, burst);
   }
@@ -89,14 +89,14 @@ class Ledger {
     move_at(unit, purpose, true, offset, bytes, burst);
   }
 
-  // Every transfer from now on also goes to `log` (null: to none), which must outlive the ledger or the next call.
+  // Logs every transfer from now on; nullptr stops logging. `log` must outlive the ledger or the next call.
   void record_into(AccessLog* log) { log_ = log; }
 
   const Traffic& traffic(Unit unit, Purpose purpose) const { return const_cast<Ledger*>(this)->at(unit, purpose); }
   Traffic total() const;
-  // Adds the sums; logs are left alone.
+  // Adds the sums; logs do not change.
   Ledger& operator+=(const Ledger& other);
-  // Takes away sums that are part of these.
+  // Subtracts sums that are part of this ledger's.
   Ledger& operator-=(const Ledger& other);
 
  private:
@@ -109,7 +109,7 @@ class Ledger {
   AccessLog* log_ = nullptr;
 };
 
-// Bytes on the bus for `bytes` bytes at `address`: whole bursts, as the interface moves nothing smaller.
+// Bytes on the bus for `bytes` bytes at `address`: whole bursts, since the interface moves nothing smaller.
 constexpr std::uint64_t burst_bytes(std::uint64_t address, std::uint64_t bytes, std::uint64_t burst) {
   if (bytes == 0) return 0;
   return ((address + bytes - 1) / burst - address / burst + 1) * burst;

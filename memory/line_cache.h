@@ -12,7 +12,7 @@ struct LineRange {
   bool operator==(const LineRange&) const = default;
 };
 
-// A set-associative cache of lines that are only read; the least recently used line of a set goes first. Line n is
+// A set-associative cache of read-only lines; the least recently used line of a set goes first. Line n is
 // bytes [n, n+1) * line size of the emulated memory and belongs to set n modulo the number of sets.
 //
 // Invariants (cited by the tests):
@@ -20,7 +20,7 @@ struct LineRange {
 //   LC2  Results depend on the sequence of lines alone.
 class LineCache {
  public:
-  // Sets must be a power of two (check_gpu() sees to it); 0 bytes: never hits.
+  // The number of sets must be a power of two (check_gpu() sees to it). A cache of 0 bytes never hits.
   LineCache(std::int64_t bytes, std::int64_t ways, std::int64_t line_bytes)
       : ways_(static_cast<std::size_t>(ways)),
         sets_(static_cast<std::size_t>(bytes / (ways * line_bytes))),
@@ -28,7 +28,7 @@ class LineCache {
 
   void empty() { std::fill(lines_.begin(), lines_.end(), kNone); }
 
-  // Uses a line; false: it was not there and is now.
+  // Uses a line. A miss returns false and fills the line.
   bool use(std::uint32_t line) {
     if (sets_ == 0) return false;
     std::uint32_t* set = &lines_[(line & (sets_ - 1)) * ways_];

@@ -5,11 +5,10 @@
 
 namespace tessera::memory {
 
-// An on-chip cache that keeps what was used last (LRU), in bytes. Keys are small numbers: memory grows with the
-// largest.
+// An on-chip LRU cache with a capacity in bytes. Keys are small numbers, as its host memory grows with the largest one.
 //
 // Invariants (cited by the tests):
-//   LRU1  bytes_in_use() <= capacity; what is larger than the capacity passes by and is never kept.
+//   LRU1  bytes_in_use() <= capacity; an object larger than the capacity is never kept.
 //   LRU2  A changed key is written back exactly once after its last change, when it leaves or at the flush.
 //   LRU3  Capacity 0 never hits; unlimited capacity misses each key once.
 class LruCache {
@@ -17,8 +16,8 @@ class LruCache {
   static constexpr std::uint64_t kUnlimited = ~std::uint64_t{0};
   explicit LruCache(std::uint64_t capacity_bytes) : capacity_(capacity_bytes) {}
 
-  // Uses a key that takes `bytes` (always the same for one key). True: it was on chip. Calls write_back(key) for every
-  // changed key that leaves.
+  // Uses a key that takes `bytes` (always the same for one key). Returns true for a hit. Calls write_back(key) for
+  // every changed key that leaves.
   template <class WriteBack>
   bool use(std::uint32_t key, std::uint64_t bytes, bool change, const WriteBack& write_back) {
     if (bytes > capacity_) {
@@ -39,7 +38,7 @@ class LruCache {
     return use(key, bytes, false, [](std::uint32_t) {});
   }
 
-  // Empties the cache, oldest first.
+  // Empties the cache, the oldest key first.
   template <class WriteBack>
   void flush(const WriteBack& write_back) {
     while (oldest_ != kNone) drop(oldest_, write_back);

@@ -11,7 +11,7 @@ Eye eye_of(const std::string& name) {
   throw UsageError("eye: left or right");
 }
 
-// A read-only array over memory that `owner` keeps alive.
+// Makes a read-only array over memory that `owner` keeps alive.
 template <class T>
 py::array array_over(const T* values, std::vector<py::ssize_t> shape, std::vector<py::ssize_t> strides,
                      const py::object& owner) {
@@ -20,7 +20,7 @@ py::array array_over(const T* values, std::vector<py::ssize_t> shape, std::vecto
   return array;
 }
 
-// (height, width, channels); one channel: (height, width).
+// Shape (height, width, channels); with one channel (height, width).
 template <class T>
 py::array image_array(const ImageView<T>& image, const py::object& owner) {
   constexpr py::ssize_t kBytes = sizeof(T);
@@ -43,7 +43,7 @@ py::dict tile_maps(const py::object& self) {
   return maps;
 }
 
-// A row for each tile: its place and all its counts.
+// A row for each tile: its position and all its counts.
 py::list tiles(const Frame& frame) {
   const std::vector<TileMap>& maps = frame.tile_maps();
   py::list rows;
@@ -66,7 +66,7 @@ py::list tile_map_rows(const Frame& frame) {
   return rows;
 }
 
-// A row for each drawable: what it is and all its costs.
+// A row for each drawable: its identity and all its costs.
 py::list drawables(const Frame& frame) {
   py::list rows;
   for (const DrawableCost& drawable : frame.drawables()) {
@@ -137,12 +137,12 @@ void add_frame(py::module_& module) {
       .def_property_readonly("timing", &timing,
                              "cycles, latency_cycles, busy_cycles, bound_by, bound_by_cycles; or None.")
       .def_property_readonly("energy", &energy, "total_nj, by_unit_nj; or None.")
-      .def_property_readonly("area", &area, "Of the machine: total_mm2, by_unit_mm2; or None.")
+      .def_property_readonly("area", &area, "Area of the machine: total_mm2, by_unit_mm2; or None.")
       .def_property_readonly("tile_maps", &tile_maps, "Name -> (rows, columns) of uint64: the work of every tile.")
       .def_property_readonly("tile_map_descriptions", &tile_map_rows, "A dict per map: name, unit, meaning, counter.")
       .def_property_readonly("tiles", &tiles, "A dict per tile: x, y in pixels and all its counts.")
       .def_property_readonly("drawables", &drawables,
-                             "A dict per drawable: node, mesh, primitive, material and what it asked of the cores.")
+                             "A dict per drawable: node, mesh, primitive, material and its costs in the tile cores.")
       .def_property_readonly("effects", &Frame::effects, "Effect -> whether it ran.")
       .def_property_readonly("host_seconds", &Frame::host_seconds)
       .def_property_readonly("stage_seconds", &Frame::stage_seconds);

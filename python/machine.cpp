@@ -10,14 +10,14 @@ namespace {
 
 using namespace py::literals;
 
-// tile__width is tile.width: Python's names have no dots. Both may be given.
+// Turns an argument's name into a key: Python's names have no dots, so tile__width stands for tile.width. Both are accepted.
 std::string key_of(const std::string& name) {
   std::string key = name;
   for (std::size_t at; (at = key.find("__")) != std::string::npos;) key.replace(at, 2, ".");
   return key;
 }
 
-// Sets what a mapping says of keys; mappings in it are groups of them: {"tile": {"width": 16}} is {"tile.width": 16}.
+// Sets the keys of a mapping. Nested mappings are groups of keys: {"tile": {"width": 16}} is {"tile.width": 16}.
 template <class Machine>
 void set_all(Machine& machine, const py::dict& values, const std::string& prefix = "") {
   for (const auto& [name, value] : values) {
@@ -29,7 +29,7 @@ void set_all(Machine& machine, const py::dict& values, const std::string& prefix
   }
 }
 
-// A preset, a file, a mapping of keys with a "preset" or without, or a machine.
+// Takes a preset, a file, a mapping of keys with or without a "preset", or a machine.
 Gpu gpu_of(const py::object& described) {
   if (described.is_none()) return Gpu();
   if (py::isinstance<Gpu>(described)) return described.cast<Gpu>();
@@ -48,7 +48,7 @@ Settings settings_of(const py::object& described) {
   return settings;
 }
 
-// One thread at a time; others wait without holding Python's lock.
+// A device for several Python threads: one renders at a time, and the others wait without holding Python's lock.
 class SharedDevice {
  public:
   SharedDevice(const Scene& scene, const Gpu& gpu, const Settings& settings, const RenderOptions& options)
@@ -91,37 +91,36 @@ std::unique_ptr<SharedDevice> make_device(const Scene& scene, const py::object& 
   return std::make_unique<SharedDevice>(scene, machine, choices, options);
 }
 
-// A word of a View, or the number that it is: camera=1 is camera="1".
+// A word of a View from a text or a number: camera=1 is camera="1".
 std::optional<std::string> word_of(const py::object& object) {
   if (object.is_none()) return std::nullopt;
-  static_cast<void>(value_of(object));  // raises TypeError for what is neither
+  static_cast<void>(value_of(object));  // raises TypeError for any other type
   return py::str(object).cast<std::string>();
 }
 
 void add_scene(py::module_& module) {
-  py::class_<Scene>(module, "Scene", "A capture: what is drawn, and how its file wants it to be drawn. Immutable.")
-      .def(
-          py::init([](const std::filesystem::path& file, std::uint64_t max_bytes, std::uint64_t max_file_bytes,
-                      bool strict, std::optional<std::string> variant, const py::object& scene,
-                      const py::object& camera, const py::object& animation, const py::object& orbit,
-                      const py::object& lens, const py::object& shutter) {
-            const View view{word_of(scene), word_of(camera), word_of(animation),
-                            word_of(orbit), word_of(lens),   word_of(shutter)};
-            const py::gil_scoped_release unlocked;
-            return Scene(file, {max_bytes, max_file_bytes, strict, std::move(variant)}, view);
-          }),
-          py::arg("file"), py::kw_only(), py::arg("max_bytes") = ReadLimits().max_bytes,
-          py::arg("max_file_bytes") = ReadLimits().max_file_bytes, py::arg("strict") = false,
-          py::arg("variant") = py::none(), py::arg("scene") = py::none(), py::arg("camera") = py::none(),
-          py::arg("animation") = py::none(), py::arg("orbit") = py::none(), py::arg("lens") = py::none(),
-          py::arg("shutter") = py::none(),
-          "Reads any glTF 2.0 asset (.gltf or .glb). What glTF forbids although its meaning is clear is one of the "
-          "notices, or raises where strict. variant: whose materials are drawn, one of variants. scene, camera, "
-          "animation, orbit, lens, shutter: as the options of `tessera replay`, numbers as such or as text: camera=1, "
-          "lens=\"0.1:3\". Raises InputError, UsageError for what the file lacks, which lists what it has, LimitError, "
-          "SystemError.")
+  py::class_<Scene>(module, "Scene", "A capture: a scene and the way in which its file wants it drawn. Immutable.")
+      .def(py::init([](const std::filesystem::path& file, std::uint64_t max_bytes, std::uint64_t max_file_bytes,
+                       bool strict, std::optional<std::string> variant, const py::object& scene,
+                       const py::object& camera, const py::object& animation, const py::object& orbit,
+                       const py::object& lens, const py::object& shutter) {
+             const View view{word_of(scene), word_of(camera), word_of(animation),
+                             word_of(orbit), word_of(lens),   word_of(shutter)};
+             const py::gil_scoped_release unlocked;
+             return Scene(file, {max_bytes, max_file_bytes, strict, std::move(variant)}, view);
+           }),
+           py::arg("file"), py::kw_only(), py::arg("max_bytes") = ReadLimits().max_bytes,
+           py::arg("max_file_bytes") = ReadLimits().max_file_bytes, py::arg("strict") = false,
+           py::arg("variant") = py::none(), py::arg("scene") = py::none(), py::arg("camera") = py::none(),
+           py::arg("animation") = py::none(), py::arg("orbit") = py::none(), py::arg("lens") = py::none(),
+           py::arg("shutter") = py::none(),
+           "Reads any glTF 2.0 asset (.gltf or .glb). A violation of glTF whose meaning is clear becomes one of the "
+           "notices; with strict it raises InputError. variant: one of variants, whose materials are drawn. scene, "
+           "camera, animation, orbit, lens, shutter: as the options of `tessera replay`; numbers may be numbers or "
+           "text: camera=1, lens=\"0.1:3\". Raises InputError, UsageError for a name that the file lacks (the message "
+           "lists its names), LimitError, SystemError.")
       .def_property_readonly("file", [](const Scene& scene) { return scene.file().string(); })
-      .def_property_readonly("width", &Scene::width, "Of the image that the file asks for, in pixels.")
+      .def_property_readonly("width", &Scene::width, "Width of the image that the file asks for, in pixels.")
       .def_property_readonly("height", &Scene::height)
       .def_property_readonly("frame_rate", &Scene::frame_rate, "Frames per second.")
       .def_property_readonly(
@@ -149,11 +148,12 @@ void add_scene(py::module_& module) {
           "The lights that the file wants to cast shadows: light, size, cascades, distance.")
       .def_property_readonly(
           "passes", &Scene::passes,
-          "Names of the passes that the file describes. A Device refuses those that it does not render.")
-      .def_property_readonly("notices", &Scene::notices, "What the reader skipped or assumed, one line each.");
+          "Names of the passes that the file describes. A Device refuses passes that it does not render.")
+      .def_property_readonly("notices", &Scene::notices,
+                             "Messages about content that the reader skipped or assumed, one line each.");
 }
 
-// What Gpu and Settings share.
+// Adds the methods that Gpu and Settings share.
 template <class Machine>
 void add_keys(py::class_<Machine>& type) {
   type.def(
@@ -169,7 +169,7 @@ void add_keys(py::class_<Machine>& type) {
                              const py::object& value) { machine.set(key_of(key), value_of(value)); })
       .def("__getitem__",
            [](const Machine& machine, const std::string& key) { return object_of(machine.get(key_of(key))); })
-      .def("json", &Machine::json, "All of it as JSON text.");
+      .def("json", &Machine::json, "All keys as JSON text.");
 }
 
 std::string with_keys(std::string head, const std::vector<KeyDescription>& keys) {
@@ -217,13 +217,14 @@ void add_device(py::module_& module) {
            py::kw_only(), py::arg("width") = 0, py::arg("height") = 0, py::arg("region") = py::none(),
            py::arg("auxiliary") = false, py::arg("resolve_auxiliary") = false,
            py::arg("max_image_bytes") = RenderOptions().max_image_bytes,
-           "`gpu`: as for Gpu. `settings`: Settings or a dict; further keyword arguments are keys of Settings. "
-           "`width`, `height`: of the frame, 0 takes the scene's; `region`: (x, y, width, height) of it. `auxiliary` "
-           "and `resolve_auxiliary`: further layers of the frame.")
+           "`gpu`: a Gpu or any value that Gpu() takes. `settings`: Settings or a dict; further keyword arguments are "
+           "keys of Settings. `width`, `height`: size of the frame, 0 takes the scene's; `region`: (x, y, width, "
+           "height) in the frame. `auxiliary` and `resolve_auxiliary`: further layers of the frame.")
       .def("render", &SharedDevice::render, py::arg("frame"),
-           "Renders a frame; other Python threads go on meanwhile. Ctrl-C takes effect when the frame is done.")
-      .def_property_readonly("automatic_camera", &SharedDevice::automatic_camera,
-                             "Whether the camera was made up: the scene has none, or was read so.");
+           "Renders a frame; other Python threads run meanwhile. Ctrl-C takes effect when the frame is done.")
+      .def_property_readonly(
+          "automatic_camera", &SharedDevice::automatic_camera,
+          "Whether the camera was made up, because the scene has none or camera=\"auto\" was given.");
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Prints tessera/__init__.pyi: what is written below, with the keys that the built module knows.
+"""Prints tessera/__init__.pyi: the class stubs below, and the keys of the built module.
 
     PYTHONPATH=build/release/python python3 -P python/make_stubs.py > python/tessera/__init__.pyi
 """

@@ -6,12 +6,13 @@
 namespace tessera::reference {
 namespace {
 
-constexpr double kRounding = 0x1p-46;   // as SampleRegion's
-constexpr double kParameter = 0x1p-20;  // of the net's range: a neighbour that owns an edge has rounded its parameters
+constexpr double kRounding = 0x1p-46;  // as SampleRegion's
+constexpr double kParameter =
+    0x1p-20;  // fraction of the net's range: the neighbour that owns an edge has rounded its parameters
 
 using Weights = std::array<std::array<double, 4>, 4>;
 
-// Weights of a cubic's control points in those of its part from a to b.
+// Weights of a cubic's control points in the control points of its part from a to b.
 Weights part_weights(double a, double b) {
   Weights out;
   for (std::size_t k = 0; k < 4; ++k) {

@@ -8,14 +8,14 @@
 
 namespace tessera::reference {
 
-// How far the vertices of a Bezier patch, or of a part of its grid, may reach on the axes of a region, at any time of
-// the shutter: the hull of the part's own control points (Ramshaw 1989, blossoming), widened by the displacement.
+// Bounds of the vertices of a Bezier patch, or of a part of its grid, on the axes of a region at all times of the
+// shutter: the hull of the part's own control points (Ramshaw 1989, blossoming), widened by the displacement.
 class BezierExtent {
  public:
   using Points = std::array<DVec3, 16>;
 
-  // At both motion keys: control points, and what brings them into the scene's space. Displaced vertices are at most
-  // `reach` from the surface.
+  // `points` and `to_space`, at both motion keys: control points, and the transform into the scene's space. Displaced
+  // vertices are at most `reach` from the surface.
   BezierExtent(const SampleRegion& region, const std::array<Points, 2>& points, const std::array<DMat4, 2>& to_space,
                double reach);
 

@@ -10,7 +10,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::uint64_t kMaxFileBytes = 1u << 20;  // [assumed] a thousand times what is written
+constexpr std::uint64_t kMaxFileBytes = 1u << 20;  // [assumed] a thousand times a written file
 
 json number_or_null(const std::optional<double>& number) { return number ? json(*number) : json(); }
 

@@ -18,13 +18,13 @@ namespace tessera::reference::HWY_NAMESPACE {
 constexpr std::size_t kRays = RayPacket::kRays;
 using Floats = std::array<float, kRays>;
 
-// What the walk through the tree needs, in single precision; boxes have room for the rounding.
+// Rays in single precision for the walk through the tree; boxes have a margin for the rounding.
 struct WalkRays {
   alignas(64) Floats origin_x, origin_y, direction_x, direction_y, t, farthest;
 };
 
-// Whether any ray may touch the box: its stretch between the box's depths, and before what it already hit, against the
-// box's sides.
+// Whether any ray may touch the box: its stretch between the box's depths and in front of its nearest hit is tested
+// against the box's sides.
 HWY_INLINE bool any_touches(const ReferenceScene::Node& node, const WalkRays& rays, float near) {
   const ReferenceScene::Box &a = node.box[0], &b = node.box[1];
   std::int32_t any = 0;
@@ -58,13 +58,13 @@ HWY_INLINE bool any_touches(const ReferenceScene::Node& node, const WalkRays& ra
   return any != 0;
 }
 
-// A leaf's vertices as every ray sees them: x, y from the ray at the vertex's depth (the shear of Woop et al. 2013,
+// A leaf's vertices relative to every ray: x, y from the ray at the vertex's depth (the shear of Woop et al. 2013,
 // which needs no permutation of axes here), z the depth.
 struct SeenVertices {
   alignas(64) std::array<std::array<double, kRays>, ReferenceScene::kLeafVertices> x, y, z;
 };
 
-// kAxis: the coordinate that rays are functions of, here z.
+// kAxis: the coordinate that rays are functions of; it becomes z.
 template <int kAxis, class Rays>
 HWY_INLINE void see_vertices(const ReferenceScene& scene, const ReferenceScene::Leaf& leaf, const Rays& rays,
                              SeenVertices& seen) {
@@ -88,11 +88,11 @@ HWY_INLINE void see_vertices(const ReferenceScene& scene, const ReferenceScene::
   }
 }
 
-// The rays against the edges of a triangle.
+// Edge functions of a triangle for every ray.
 struct Edges {
   alignas(64) std::array<double, kRays> a, b, c;
   alignas(64) std::array<std::int64_t, kRays> inside;
-  // Twice the area of the triangle as the ray sees it; 0: on edge.
+  // Twice the area of the triangle as the ray sees it; 0 when seen edge-on.
   double sum(std::size_t r) const { return a[r] + b[r] + c[r]; }
   double depth(const SeenVertices& seen, const ReferenceScene::Triangle& triangle, std::size_t r) const {
     const auto& corner = triangle.corner;
@@ -145,7 +145,7 @@ HWY_INLINE void test_triangle(const ReferenceScene& scene, std::size_t number, c
     rays.b1[r] = b1;
     rays.b2[r] = b2;
     rays.triangle[r] = static_cast<std::int64_t>(number);
-    // Not nearer than the hit, whatever the rounding.
+    // The limit must not be nearer than the hit, whatever the rounding.
     walk.farthest[r] = static_cast<float>(depth) * 1.000001f;
   }
 }
@@ -167,12 +167,12 @@ HWY_INLINE void begin(const RayPacket& rays, WalkRays& walk) {
   }
 }
 
-// Calls at_leaf(leaf) for the leaves of which enters(node) holds, and of all nodes above. `left_first(left, right)`: which
-// child comes first.
+// Calls at_leaf(leaf) for each leaf for which enters(node) is true, also for all nodes above it. `left_first(left,
+// right)` chooses the child that comes first.
 template <class Enters, class AtLeaf, class LeftFirst>
 HWY_INLINE void walk_tree(const ReferenceScene& scene, const Enters& enters, const AtLeaf& at_leaf,
                           const LeftFirst& left_first) {
-  // A tree of n leaves that is split in the middle at worst here and there stays far below this depth; see the check.
+  // A tree of n leaves stays far below this depth, as bad splits fall back to the middle; see the check.
   std::array<std::int32_t, 256> stack;
   std::size_t depth = 0;
   stack[depth++] = 0;
@@ -212,7 +212,7 @@ void TraceAll(const ReferenceScene& scene, RayPacket& rays) {
 
 // ---- Shadow rays ------------------------------------------------------------------------------------------------
 
-// The stretch of every ray on which hits count; empty once it is blocked.
+// The stretch of every ray on which hits count; empty once the ray is blocked.
 struct Stretches {
   alignas(64) std::array<double, kRays> from, to;
 };
@@ -223,7 +223,7 @@ HWY_INLINE void begin(ShadowPacket& rays, Stretches& left) {
   rays.crossings.clear();
 }
 
-// Whether any ray may touch the box, as any_touches().
+// Whether any ray may touch the box; see any_touches().
 template <int kAxis>
 HWY_INLINE bool any_passes(const ReferenceScene::Node& node, const ShadowPacket& rays, const Stretches& left) {
   constexpr std::size_t kX = (kAxis + 1) % 3, kY = (kAxis + 2) % 3, kZ = kAxis;

@@ -22,7 +22,7 @@ namespace {
 
 using tilecore::SurfaceLocation;
 
-// One sample: where in the pixel, when, and through which point of the unit disc.
+// One sample: place in the pixel, time, and point of the unit disc on the lens.
 struct Sample {
   double x, y, t, u, v;
 };
@@ -48,8 +48,8 @@ Sample random_sample(std::uint64_t seed, std::uint64_t pixel, std::uint64_t samp
   return s;
 }
 
-// How samples are put into packets: bits of each dimension, those along which rays differ more first. An order of work
-// only.
+// Order in which samples are put into packets: bits of each dimension, most for the dimensions along which rays
+// differ more. It affects only the order of work.
 struct PacketOrder {
   std::array<int, 5> bits{};  // x, y, t, u, v
 
@@ -73,14 +73,14 @@ struct PacketOrder {
   }
 };
 
-// One thread's work on a pixel.
+// Renders one pixel on one thread.
 class PixelRenderer {
  public:
-  // Samples whose times are in a part of the shutter, which is the whole shutter of the scene.
+  // The part of the frame's shutter that is the scene's whole shutter.
   struct Part {
     double begin = 0, end = 1;
   };
-  // `lighting`: the request's; with shadows it is given the shares of the lights. `shadows`: nullptr: none.
+  // `lighting`: the request's; with shadows the renderer adds the lights' shares to it. `shadows`: nullptr without shadows.
   void render(const ReferenceScene& scene, const ShadowScene* shadows, const Part& part,
               const ReferenceRequest& request, tilecore::Lighting& lighting, const PacketOrder& order, int px, int py,
               std::size_t from, std::size_t count) {
@@ -120,7 +120,7 @@ class PixelRenderer {
     shader_.shade(scene.frame, lighting, invocations_, points_);
     for (std::size_t i = 0; i < seen_.size(); ++i) color_[order_[i].second] = composed(seen_[i]);
   }
-  // Per sample from `from` on; black where it is outside the scene's part of the shutter.
+  // Colours of samples from `from` on; black where a sample is outside the scene's part of the shutter.
   const std::vector<Vec3>& color() const { return color_; }
 
  private:
@@ -147,8 +147,7 @@ class PixelRenderer {
     }
   }
 
-  // Where a packet's ray goes in the end, in world space: the inverse of the mixed poses of the camera, as far points
-  // move.
+  // World direction of a packet's ray far away: the inverse of the mixed poses of the camera, as distant points move.
   static Vec3 background_direction(const ReferenceScene& scene, const RayPacket& packet, std::size_t r) {
     const scene::Projection& p = scene.posed.projection;
     const double t = packet.t[r];
@@ -158,7 +157,7 @@ class PixelRenderer {
     return Vec3(glm::normalize(glm::inverse(to_camera) * along));
   }
 
-  // What a sample sees: the opaque surface, or the colour behind everything, and layers over it from far to near, which
+  // The result of a sample: the opaque surface or the background, and the layers over it from far to near, which
   // follow the surface in invocations_.
   struct Seen {
     bool surface = false;
@@ -166,7 +165,7 @@ class PixelRenderer {
     std::uint32_t first = 0, layers = 0;
   };
 
-  // Asks for the shading of the point that ray `r` sees at a depth, and for its shadows.
+  // Requests the shading of the point that ray `r` sees at a depth, and its shadows.
   void ask_for(const ReferenceScene& scene, std::size_t r, std::int64_t number, double depth, double b1, double b2,
                double t) {
     invocations_.push_back({scene.location(number, b1, b2, t), static_cast<float>(t)});
@@ -189,8 +188,8 @@ class PixelRenderer {
            scene::AlphaMode::kBlend;
   }
 
-  // Nearest surface of what is opaque and what passes its alpha test, then layers over it from far to near.
-  // `t`: of the whole shutter.
+  // Finds the nearest surface that is opaque or passes its alpha test, then the layers over it from far to near. `t`:
+  // time of the whole shutter.
   Seen see(const ReferenceScene& scene, const ReferenceRequest& request, std::size_t r, double t) {
     const scene::FrameGeometry& frame = scene.frame;
     double depth = packet_.depth[r];
@@ -200,7 +199,7 @@ class PixelRenderer {
     for (const RayPacket::Crossing& c : packet_.crossings)
       if (c.ray == r && (c.depth < depth || (c.depth == depth && (blends(scene, c.triangle) || c.triangle < number))))
         layers_.push_back(c);
-    // Near to far. At one depth what blends is seen on what does not, later triangles on earlier ones.
+    // Sorts from near to far. At the same depth blended layers lie on opaque ones, and later triangles on earlier ones.
     std::sort(layers_.begin(), layers_.end(), [&](const auto& a, const auto& b) {
       if (a.depth != b.depth) return a.depth < b.depth;
       const bool a_blends = blends(scene, a.triangle);
@@ -235,9 +234,9 @@ class PixelRenderer {
   }
 
   RayPacket packet_;
-  std::vector<Seen> seen_;  // as order_
+  std::vector<Seen> seen_;  // in the order of order_
   std::vector<tilecore::Invocation> invocations_;
-  std::vector<ShadowReceiver> receivers_;  // as these
+  std::vector<ShadowReceiver> receivers_;  // in the order of invocations_
   ShadowTracer shadow_tracer_;
   tilecore::KnownShadows shares_;
   std::vector<tilecore::ShadedPoint> points_;
@@ -256,8 +255,8 @@ std::vector<int> sample_numbers(const ReferenceRequest& request) {
   return numbers;
 }
 
-// Images in the making: the sum of the first so many colours of every pixel, image by image. They are made in rounds,
-// each of the samples that follow those of the round before.
+// Images in progress: sums of each pixel's first colours, image by image. They are made in rounds; each round adds
+// the next samples.
 class Sums {
  public:
   Sums(const scene::FrameGeometry& frame, const ReferenceRequest& request)
@@ -272,18 +271,18 @@ class Sums {
   std::size_t from() const { return first_ == 0 ? 0 : static_cast<std::size_t>(numbers_[first_ - 1]); }
   std::size_t to() const { return static_cast<std::size_t>(numbers_[images_.size() - 1]); }
   IntRect pixels() const { return {0, 0, width_, height_}; }
-  // Images that are made, or that all of the rounds make.
+  // Number of images, the round's included.
   std::size_t count() const { return images_.size(); }
   const std::vector<int>& numbers() const { return numbers_; }
 
-  // Adds colours of samples from() on.
+  // Adds the colours of samples from from() on.
   void add(int x, int y, const std::vector<Vec3>& color) {
     for (std::size_t n = first_; n < images_.size(); ++n) {
       DVec3& sum = images_[n][pixels().index(x, y)];
       for (std::size_t k = from(); k < static_cast<std::size_t>(numbers_[n]); ++k) sum += DVec3(color[k]);
     }
   }
-  // Takes back what the round added to some pixels.
+  // Removes the round's contribution to some pixels.
   void take_back(const IntRect& area) {
     for (std::size_t n = first_; n < images_.size(); ++n)
       for (int y = area.y0; y < area.y1; ++y)
@@ -304,11 +303,11 @@ class Sums {
  private:
   std::vector<int> numbers_;
   int width_, height_;
-  std::size_t first_ = 0;  // image of the round
+  std::size_t first_ = 0;  // first image of the round
   std::vector<std::vector<DVec3>> images_;
 };
 
-// Makes all images at once or, where somebody may say that it is enough, one after the other. add(sums) adds a round.
+// Makes all images at once or, if `enough` may end the work, one after another. add(sums) adds a round.
 template <class Add>
 std::vector<Image> make_images(const scene::FrameGeometry& frame, const ReferenceRequest& request, const Add& add) {
   Sums sums(frame, request);
@@ -323,14 +322,14 @@ std::vector<Image> make_images(const scene::FrameGeometry& frame, const Referenc
   return images;
 }
 
-// A scene and the part of the shutter that is its whole one.
+// A scene and the part of the frame's shutter that it covers.
 struct ScenePart {
   const ReferenceScene& scene;
   PixelRenderer::Part part;
-  const ShadowScene* shadows = nullptr;  // nullptr: no light casts any
+  const ShadowScene* shadows = nullptr;  // nullptr if no light casts shadows
 };
 
-// All scenes have the pixels of the first one's region.
+// Adds samples of all scenes, which have the pixels of the first one's region.
 void add_samples(std::span<const ScenePart> scenes, const ReferenceRequest& request, Sums& sums) {
   const ReferenceScene& scene = scenes.front().scene;
   const IntRect pixels = scene.region.pixels();
@@ -368,11 +367,11 @@ void add_scene(const ReferenceScene& scene, const ReferenceRequest& request, Sum
   add_samples(std::span(&whole, 1), request, sums);
 }
 
-// Calls add(pixels) for all of an image or, where the scene of so many pixels needs more memory than there is, for halves
-// of it. Pixels share nothing, so that the sums are the same.
+// Calls add(pixels) for all of an image or, if the scene of so many pixels needs more memory than is left, for halves
+// of it. Pixels share no data, so the sums are the same.
 template <class Add>
 void add_in_parts(const IntRect& pixels, Sums& sums, const Add& add) {
-  constexpr int kLeast = 16;  // pixels along a side
+  constexpr int kLeast = 16;  // least pixels along a side
   try {
     add(pixels);
     return;
@@ -412,7 +411,7 @@ std::uint64_t posed_bytes(const scene::FrameGeometry& frame) {
   return bytes;
 }
 
-// Slices are posed and drawn together, as many as fit kTogetherBytes: each looks at all of a pixel's samples.
+// Poses and draws slices together, as many as fit kTogetherBytes: each looks at all of a pixel's samples.
 void add_slices(const ShutterSlices& slices, const ReferenceRequest& request, bool behind, const IntRect& pixels,
                 Sums& sums) {
   constexpr std::size_t kTogether = 64;
@@ -434,7 +433,7 @@ void add_slices(const ShutterSlices& slices, const ReferenceRequest& request, bo
           *frames.back(),
           ReferenceScene::Options{
               .behind = behind, .region = SampleRegion(frames.back()->projection, pixels), .budget = &budget}));
-      // The last one holds the end of the shutter.
+      // The last slice includes the end of the shutter.
       const bool last = next + 1 == slices.count();
       shadows.push_back(shadows_of(*scenes.back(), request, &budget));
       parts.push_back(
@@ -469,7 +468,7 @@ std::vector<Image> render_reference(const ReferenceScene& scene, const Reference
 
 namespace {
 
-// render(request, behind) renders a frame or a shutter that looks like `frame`.
+// render(request, behind) renders a frame or a shutter that shows the scene of `frame`.
 template <class Render>
 std::vector<Image> render_over_what_is_behind(const scene::FrameGeometry& frame, const ReferenceRequest& request,
                                               const Render& render) {

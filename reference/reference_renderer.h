@@ -17,50 +17,51 @@
 
 namespace tessera::reference {
 
-// What a reference image is made with.
+// Parameters of a reference image.
 struct ReferenceRequest {
   tilecore::Lighting lighting;
-  std::optional<Vec3> background;                // else the environment
-  std::optional<scene::ShadowSettings> shadows;  // lights that cast do so by these; unset: nothing is in their way
-  // Plain random numbers for place, time and lens point, independent from sample to sample and pixel to pixel: the
-  // error of a mean of n samples falls as n^-1/2. They have nothing in common with the machine's pattern.
+  std::optional<Vec3> background;                // unset: the environment
+  std::optional<scene::ShadowSettings> shadows;  // shadow settings for lights that cast; unset: no surface blocks light
+  // Seed of plain random numbers for place, time and lens point, independent from sample to sample and pixel to
+  // pixel: the error of a mean of n samples falls as n^-1/2. They are independent of the machine's pattern.
   std::uint64_t seed = 1;
-  // Numbers of samples, ascending: an image of the first so many samples is made of each.
+  // Numbers of samples, ascending; each gives an image of the first samples, as many as it says.
   std::vector<int> samples = {1024};
-  // Instead of random numbers: the samples of the machine's own pattern, whose number they then are. What is left to
-  // differ from the machine is its arithmetic.
+  // If set, samples come from the machine's own pattern instead of random numbers, as many as it has. The result then
+  // differs from the machine's by arithmetic alone.
   const tilecore::SamplePattern* pattern = nullptr;
-  // Asked after each image, with all of them so far; true ends it. With it the scene is built once for each image.
+  // Called after each image with all images so far; true ends the rendering. With it the scene is built once for each image.
   std::function<bool(std::span<const Image>)> enough{};
-  // Told, from any thread, how many samples are finished since it was last told, in pixels times samples. An image of
-  // what is behind surfaces that transmit counts as well.
+  // Called from any thread with the work finished since the last call, in pixels times samples. An image of the
+  // background of transmitting surfaces counts as well.
   std::function<void(double)> finished{};
 };
 
-// Whether an image of what is behind surfaces that transmit is made first.
+// Whether an image of the background of transmitting surfaces is rendered first.
 bool shows_what_is_behind(const scene::FrameGeometry& frame);
 
-// Renders the scene in double precision: visibility sample by sample, and every sample shaded. Colour is linear light,
-// three channels, the mean over a pixel's samples. The pixel shader is the machine's (a stage is part of the scene), in
-// single precision, at parameters that are found in double. One image per number of samples asked for. The same bits
-// for any number of threads and any instruction set.
-// A scene of a motion segment gives what the samples in its part of the shutter add to the mean. What transmits shows
-// request.lighting.behind; of a frame, an image of what is behind it that is made first, of as many samples.
-// A frame or a shutter whose scene needs more memory than the capture left of its limit is rendered in parts of the
-// image, and refused with BudgetError where the smallest part needs too much. A scene renders the pixels of its region.
+// Renders the scene in double precision: it finds visibility sample by sample and shades every sample. Colour is
+// linear light in three channels, the mean over a pixel's samples. The pixel shader is the machine's (a stage is part
+// of the scene) and runs in single precision, at parameters that are found in double precision. There is one image
+// per requested number of samples, with the same bits for any number of threads and any instruction set.
+//
+// For the scene of a motion segment, the images are the contribution of the samples in its part of the shutter to the mean.
+// Transmitting surfaces show request.lighting.behind; for a frame, an image of their background with as many samples is
+// rendered first. A frame or a shutter whose scene needs more memory than the capture left of its limit is rendered in
+// parts of the image; BudgetError refuses it if the smallest part needs too much. A scene renders the pixels of its region.
 std::vector<Image> render_reference(const ReferenceScene& scene, const ReferenceRequest& request);
-// Of a frame, segment by segment where its motion has some.
+// Renders a frame, segment by segment where its motion has some.
 std::vector<Image> render_reference(const scene::FrameGeometry& frame, const ReferenceRequest& request);
 
-// A frame as the machine would render it, on the grids and by the samples that it has: the images differ by the machine's
-// arithmetic, by invocations that samples share, and by shadow maps.
+// Renders a frame on the machine's own grids and at its own samples: the images differ by the machine's arithmetic,
+// by invocations that samples share, and by shadow maps.
 Image render_machines_samples(const scene::Assembly& assembly, const gpu::GpuConfiguration& gpu,
                               const gpu::RunSettings& settings, int width, int height, int frame);
 
-// Of a shutter in slices: each as many samples as have their random time in it. This is the truth of `tessera tradeoff`.
+// Renders a shutter in slices; each gets the samples whose random time lies in it. This is the truth of `tessera tradeoff`.
 std::vector<Image> render_reference(const ShutterSlices& slices, const ReferenceRequest& request);
 
-// Root mean square difference of two images of one shape.
+// Root mean square difference of two images of the same shape.
 double rms_difference(const Image& a, const Image& b);
 
 // Least-squares slope of log(error) over log(samples).

@@ -51,7 +51,7 @@ class PatchSurface {
   std::optional<scene::PatchDisplacement> displacement_;
 };
 
-// A vertex of a grid, by the patch that owns it: neighbours meet without cracks here, too. `own`: of `patch` itself.
+// A vertex of a grid, computed by the patch that owns it: neighbours meet without cracks here, too. `own`: surface of `patch` itself.
 DVec3 bezier_vertex(const FrameGeometry& frame, const PosedDrawable& drawable, std::uint32_t patch,
                     const PatchSurface& own, int i, int j, std::size_t key) {
   const scene::TessellationPattern& pattern = frame.pattern_of(patch);
@@ -65,12 +65,12 @@ DVec3 bezier_vertex(const FrameGeometry& frame, const PosedDrawable& drawable, s
   return own.point(static_cast<double>(pattern.u(i, j)), static_cast<double>(pattern.v(i, j)));
 }
 
-// The farthest that a displacement moves a vertex.
+// The farthest distance that a displacement moves a vertex.
 double displacement_reach(const scene::Displacement& displacement) {
   const auto scale = static_cast<double>(displacement.scale), bias = static_cast<double>(displacement.bias);
   const double a = scale * static_cast<double>(displacement.texture->lowest()),
                b = scale * static_cast<double>(displacement.texture->highest());
-  // Single precision adds them up.
+  // The machine adds them in single precision.
   const double rounding = 0x1p-20 * (std::max(std::abs(a), std::abs(b)) + std::abs(bias));
   return std::max(std::abs(a + bias), std::abs(b + bias)) + rounding;
 }
@@ -92,11 +92,11 @@ std::array<double, 3> place(const DMat4& to_raster, const DVec3& p) {
 }  // namespace
 
 struct ReferenceScene::PatchWork {
-  std::vector<std::uint8_t> seen;  // by leaf: rows of a grid's, or a cluster's in order
-  // Vertices of a grid, those that are known.
+  std::vector<std::uint8_t> seen;  // by leaf: rows of a grid's leaves, or a cluster's leaves in order
+  // Vertices of a grid that have been computed.
   std::vector<std::array<double, 6>> grid;
   std::vector<std::uint8_t> known;
-  std::array<std::optional<PatchSurface>, 2> surface;  // of a Bezier patch at both keys
+  std::array<std::optional<PatchSurface>, 2> surface;  // surface of a Bezier patch at both keys
 };
 
 ReferenceScene::ReferenceScene(const FrameGeometry& frame_in, const Options& options)
@@ -171,7 +171,7 @@ ReferenceScene::Triangle ReferenceScene::triangle_of(std::uint32_t patch) const 
              mirrored = drawable.mirrored != (casters && casters->faces == scene::CasterFaces::kBack);
   t.keep_positive = both || mirrored;
   t.keep_negative = both || !mirrored;
-  // A blended surface that casts is solid (shadows.blended).
+  // A blended surface that casts shadows is solid (shadows.blended).
   t.opaque = casters ? drawable.material->alpha_mode != scene::AlphaMode::kMask
                      : drawable.material->alpha_mode == scene::AlphaMode::kOpaque;
   return t;
@@ -232,17 +232,17 @@ void ReferenceScene::add_patches(const Options& options, scene::MemoryBudget& bu
   });
 }
 
-// ---- What is seen of a patch ------------------------------------------------------------------------------------
+// ---- Visible leaves of a patch ----------------------------------------------------------------------------------
 
 namespace {
 
 constexpr int kSide = 3;  // cells of a grid's leaf
 
-// Leaves of a grid by what becomes of them: those that are left out, those that are there, and among casters those that
-// stand for a square of leaves that no sample sees, with cells as many times as wide.
+// State of a grid's leaf: left out, kept, or (among casters) replaced, in a square of leaves that no sample sees, by
+// one leaf with correspondingly wider cells.
 constexpr std::uint8_t kLeftOut = 0, kSeen = 1, kCoarse = 2;
-constexpr int kCoarseCells =
-    16;  // of a side of a grid that no sample sees; what is behind a camera has the finest grids
+// Cells along a side of a grid that no sample sees; grids behind a camera are the finest ones.
+constexpr int kCoarseCells = 16;
 
 int coarse_step(const scene::TessellationPattern& pattern) {
   int step = 1;
@@ -259,10 +259,10 @@ scene::CellRange leaf_cells(const scene::TessellationPattern& pattern, const Int
           static_cast<std::uint8_t>(std::min<int>(block.y1 * kSide, pattern.nv))};
 }
 
-// A leaf's cells.
+// The cells of a leaf.
 struct LeafGrid {
   scene::CellRange cells;
-  int step, across, down;  // grid lines from one of its own to the next; cells
+  int step, across, down;  // grid lines from one of the leaf's lines to the next; number of cells
   int column(int i) const { return std::min(cells.i0 + i * step, static_cast<int>(cells.i1)); }
   int row(int j) const { return std::min(cells.j0 + j * step, static_cast<int>(cells.j1)); }
 };
@@ -276,7 +276,7 @@ LeafGrid leaf_grid(const scene::TessellationPattern& pattern, std::size_t leaf, 
   return out;
 }
 
-// Covers what is left out of a grid by coarse leaves.
+// Covers the left-out part of a grid by coarse leaves.
 void cover_unseen(const scene::TessellationPattern& pattern, std::vector<std::uint8_t>& seen) {
   const int columns = leaves_along(pattern.nu), rows = leaves_along(pattern.nv), step = coarse_step(pattern);
   for (int y0 = 0; y0 < rows; y0 += step)
@@ -292,7 +292,7 @@ void cover_unseen(const scene::TessellationPattern& pattern, std::vector<std::ui
     }
 }
 
-// Marks the leaves of a block that the region may see, in quarters.
+// Marks the leaves of a block that the region may see; splits the block into quarters.
 void mark_seen(const SampleRegion& region, const BezierExtent& patch, const scene::TessellationPattern& pattern,
                const IntRect& block, std::vector<std::uint8_t>& seen) {
   if (block.empty()) return;
@@ -310,7 +310,7 @@ void mark_seen(const SampleRegion& region, const BezierExtent& patch, const scen
     mark_seen(region, patch, pattern, quarter, seen);
 }
 
-// Calls visit(corners) for the triangles of a cluster in order: numbers of the cluster's vertices.
+// Calls visit(corners) for the triangles of a cluster in order; corners are numbers of the cluster's vertices.
 template <class Visit>
 void visit_triangles(const scene::MeshClusters& clusters, const scene::Cluster& cluster, const Visit& visit) {
   for (std::uint32_t c = 0; c < cluster.cell_count; ++c) {

@@ -29,9 +29,9 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 constexpr std::uint64_t kSeed = 20240607, kOtherSeed = 77, kSliceSeed = 4711;
-constexpr std::uint64_t kSeries = 4;  // independent ones, for the convergence
+constexpr std::uint64_t kSeries = 4;  // independent series for the convergence
 
-// A frame posed as finely as the reference is wanted.
+// A frame posed with the reference's grids.
 struct PosedReference {
   PosedReference(const gpu::PreparedCapture& prepared, const gpu::GpuConfiguration& gpu,
                  const gpu::RunSettings& settings, const ReferenceSettings& wanted, int width, int height) {
@@ -43,10 +43,10 @@ struct PosedReference {
       request.max_factor = kReferenceMaxFactor;
       request.procedure_limits = false;
     }
-    // Textures as the file has them: blocks of a target are the machine's.
+    // Textures in the file's own format: compressed blocks of a target belong to the machine.
     const scene::Assembly& assembly = prepared.scene(scene::kTexturesOfTheFile).assembly;
     const scene::CameraChoice camera = gpu::frame_camera(prepared.capture, settings, width, height);
-    // With the machine's own grids all slices have those of the whole shutter.
+    // With the machine's own grids all slices use the grids of the whole shutter.
     slices = std::make_unique<ShutterSlices>(
         assembly, camera, request, kSliceSeed,
         wanted.edge_pixels > 0 ? nullptr : scene::pose_frame(assembly, camera, request));
@@ -67,7 +67,7 @@ ReferenceRequest request_of(const scene::Capture& capture, const gpu::RunSetting
   return request;
 }
 
-// Numbers of samples after which a reference may be enough, each half of the next. Fewer say too little of its noise.
+// Numbers of samples after which a reference may stop, each half of the next. Fewer samples tell too little about its noise.
 std::vector<int> halvings(int samples) {
   constexpr int kFewest = 32;
   std::vector<int> numbers = {samples};
@@ -77,23 +77,23 @@ std::vector<int> halvings(int samples) {
   return numbers;
 }
 
-// The noise that is left in an image of `all` samples, from that of its first half.
+// Estimate of the noise in an image of `all` samples, from the difference to its first half.
 struct Noise {
   double rms_error;
-  double psnr_db;  // on display values; infinity where the halves are the same
+  double psnr_db;  // on display values; infinity if the halves are equal
 };
 Noise noise_of(const Image& first_half, int half, const Image& image, int all, float exposure) {
   Image second = first_half;
   const auto count = static_cast<float>(all), first = static_cast<float>(half);
   for (std::size_t i = 0; i < second.values.size(); ++i)
     second.values[i] = (image.values[i] * count - second.values[i] * first) / (count - first);
-  // The mean of two halves errs by half of their difference.
+  // The mean of two halves has half of their difference as its error.
   return {0.5 * rms_difference(first_half, second),
           psnr(display_values(first_half, exposure), display_values(second, exposure)) + 20 * std::log10(2.0)};
 }
 
 // The error of an image of n samples: the spread of images of n samples that share none. Each of four series of
-// independent seeds gives two, its first n and its next n.
+// independent seeds gives two images, one of its first n samples and one of its next n.
 Convergence measure_convergence(const gpu::PreparedCapture& prepared, const gpu::GpuConfiguration& gpu,
                                 const gpu::RunSettings& settings, const ReferenceSettings& wanted, int most,
                                 const std::function<void(double)>& finished) {
@@ -134,7 +134,7 @@ Reference make_reference(const gpu::PreparedCapture& prepared, const gpu::GpuCon
   const PosedReference posed(prepared, gpu, settings, wanted, wanted.width, wanted.height);
   const auto finished = [&progress](double samples) { progress.done += samples; };
   const double images = shows_what_is_behind(posed.slices->common()) ? 2 : 1;
-  // Samples of the convergence's series, which are a quarter as wide and as high.
+  // Samples of the convergence's series, whose images are a quarter as wide and as high.
   const double own_pixels = static_cast<double>(wanted.width) * wanted.height * images,
                series_pixels =
                    kSeries * std::max(1.0, wanted.width / 4.0) * std::max(1.0, wanted.height / 4.0) * images;
@@ -199,7 +199,7 @@ json settings_key(const scene::Capture& capture, const gpu::GpuConfiguration& gp
       {"blending", settings.effects.blending == gpu::EffectSwitch::kOff},
       {"procedures", settings.effects.procedures == gpu::EffectSwitch::kOff},
       {"exposure", settings.output.exposure}};
-  // References of scenes whose lights cast none keep the names that they had before there were shadows.
+  // References of scenes without casting lights keep the names that they had before there were shadows.
   const scene::ShadowCasters casters = settings.effects.shadows;
   const bool cast = casters == scene::ShadowCasters::kAll    ? !capture.lights.empty()
                     : casters == scene::ShadowCasters::kAuto ? !capture.settings.shadows.empty()
@@ -214,7 +214,7 @@ json settings_key(const scene::Capture& capture, const gpu::GpuConfiguration& gp
 Image read_image(const fs::path& file, const ReferenceSettings& wanted) {
   Image image = read_exr(file);
   if (image.width != wanted.width || image.height != wanted.height)
-    throw InputError(file.string(), "", "is not the image that its name stands for");
+    throw InputError(file.string(), "", "is not the image that its name identifies");
   return image;
 }
 
@@ -228,7 +228,7 @@ void write_image(const fs::path& file, const Image& image, ExrChannel::Type type
 
 constexpr int kProbeWidth = 32, kProbeHeight = 18;
 
-// The fingerprint of a small image of the frame: whatever changes the reference should change it as well.
+// The fingerprint of a small image of the frame: a change that affects the reference should change it as well.
 std::string probe_of(const gpu::PreparedCapture& prepared, const gpu::GpuConfiguration& gpu,
                      const gpu::RunSettings& settings, const ReferenceSettings& wanted) {
   const PosedReference posed(prepared, gpu, settings, wanted, kProbeWidth, kProbeHeight);
@@ -238,7 +238,7 @@ std::string probe_of(const gpu::PreparedCapture& prepared, const gpu::GpuConfigu
   return hash.finish();
 }
 
-constexpr std::uint64_t kMaxKeptBytes = 1u << 20;  // [assumed] a thousand times what is written
+constexpr std::uint64_t kMaxKeptBytes = 1u << 20;  // [assumed] a thousand times a written file
 
 }  // namespace
 
@@ -265,8 +265,8 @@ Reference get_reference(const gpu::PreparedCapture& prepared, const gpu::GpuConf
   ReferenceProgress unread;
   reference = make_reference(prepared, gpu, settings, wanted, progress != nullptr ? *progress : unread);
   write_image(image, reference.color, ExrChannel::Type::kFloat);
-  write_file_atomically(info,
-                        json_text(reference_info_json(reference.info), 1) + "\n");  // last: what is there is complete
+  write_file_atomically(info, json_text(reference_info_json(reference.info), 1) +
+                                  "\n");  // written last, so that an existing file is complete
   return reference;
 }
 

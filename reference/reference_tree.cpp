@@ -37,8 +37,8 @@ float middle(const std::array<ReferenceScene::Box, 2>& boxes, std::size_t axis) 
   return 0.25f * ((boxes[0].low[axis] + boxes[0].high[axis]) + (boxes[1].low[axis] + boxes[1].high[axis]));
 }
 
-// The cost of a node. Rays of a camera run along the depth: its area across it, in pixels when it is in perspective. Shadow
-// rays run anywhere: its surface, in scene units.
+// The cost of a node. Rays of a camera run along the depth, so it is the box's area across the depth, in pixels in
+// perspective. Shadow rays run in any direction, so it is the box's surface, in scene units.
 double cost_of(const std::array<ReferenceScene::Box, 2>& boxes, const ReferenceScene& scene) {
   double cost = 0;
   if (scene.casters) {
@@ -65,8 +65,8 @@ std::array<ReferenceScene::Box, 2> ReferenceScene::leaf_boxes(const Leaf& leaf) 
   for (std::size_t key = 0; key < 2; ++key)
     low[key].fill(std::numeric_limits<double>::infinity()), high[key].fill(-std::numeric_limits<double>::infinity());
   for (std::size_t v = leaf.first_vertex; v < std::size_t{leaf.first_vertex} + leaf.vertex_count; ++v) {
-    // What the walk through the tree rounds in single precision: 16 units in the last place of everything that it adds
-    // up there. That of shadow rays is in double precision, as their start may be far from the box.
+    // Margin for the walk through the tree, which rounds in single precision: 16 units in the last place of everything
+    // that it adds up there. Walks of shadow rays are in double precision, as their start may be far from the box.
     double size = lens_scale;
     for (std::size_t key = 0; key < 2; ++key)
       for (std::size_t a = 0; a < 3; ++a)
@@ -94,7 +94,7 @@ void ReferenceScene::build_tree() {
 }
 
 void ReferenceScene::build(std::vector<std::uint32_t>& order, std::size_t begin, std::size_t end, std::size_t number) {
-  constexpr std::size_t kAlone = 1024;  // leaves that are not worth another thread
+  constexpr std::size_t kAlone = 1024;  // leaves that are too few for another thread
   Node& node = nodes[number];
   node.box = {empty_box(), empty_box()};
   for (std::size_t k = begin; k < end; ++k) {
@@ -105,7 +105,7 @@ void ReferenceScene::build(std::vector<std::uint32_t>& order, std::size_t begin,
     node.right = static_cast<std::int32_t>(order[begin]);
     return;
   }
-  // A tree over n leaves has 2 n - 1 nodes: where the right side begins is known before the left one is built.
+  // A tree over n leaves has 2 n - 1 nodes, so the begin of the right side is known before the left one is built.
   const std::size_t split = choose_split(order, begin, end), left = number + 1, right = number + 2 * (split - begin);
   node.left = static_cast<std::int32_t>(left);
   node.right = static_cast<std::int32_t>(right);
@@ -125,7 +125,7 @@ void ReferenceScene::build(std::vector<std::uint32_t>& order, std::size_t begin,
 
 std::size_t ReferenceScene::choose_split(std::vector<std::uint32_t>& order, std::size_t begin, std::size_t end) const {
   constexpr std::size_t kBins = 16;
-  // Binned surface-area heuristic over the middles of the leaves.
+  // Binned surface-area heuristic over the centres of the leaves.
   std::size_t best_axis = 3, best_bin = 0;
   double best_cost = std::numeric_limits<double>::infinity();
   std::array<float, 3> low, high;
@@ -150,7 +150,7 @@ std::size_t ReferenceScene::choose_split(std::vector<std::uint32_t>& order, std:
       ++count[bin];
       for (std::size_t key = 0; key < 2; ++key) grow(box[bin][key], leaf_boxes_[order[k]][key]);
     }
-    std::array<double, kBins> below{};  // of the bins up to here
+    std::array<double, kBins> below{};  // cost of the bins up to here
     for (const bool up : {true, false}) {
       std::array<Box, 2> sum = {empty_box(), empty_box()};
       std::size_t total = 0;
@@ -164,7 +164,7 @@ std::size_t ReferenceScene::choose_split(std::vector<std::uint32_t>& order, std:
         } else if (total > 0 && below[bin - 1] + cost < best_cost) {
           best_cost = below[bin - 1] + cost;
           best_axis = axis;
-          best_bin = bin;  // the first one of the right side
+          best_bin = bin;  // first bin of the right side
         }
       }
     }

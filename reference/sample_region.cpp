@@ -6,8 +6,8 @@
 namespace tessera::reference {
 namespace {
 
-constexpr double kPixelMargin = 0x1p-20;  // a sample's place is rounded
-constexpr double kRounding = 0x1p-46;     // of the largest term of a sum, far more than the sums here lose
+constexpr double kPixelMargin = 0x1p-20;  // places of samples are rounded
+constexpr double kRounding = 0x1p-46;     // fraction of a sum's largest term; far more than the sums here lose
 
 }  // namespace
 
@@ -54,7 +54,7 @@ bool SampleRegion::misses(const Extent& extent) const {
                z1 = std::min(extent.high[0], far_ * (1 + kPixelMargin));
   if (z0 > z1) return true;
   if (lens_scale_ == 0) return std::any_of(&extent.high[1], &extent.high[0] + kAxes, [](double d) { return d < 0; });
-  // The spread is convex in z: the larger of its ends.
+  // The spread is convex in z, so its maximum is at one of the ends.
   const double spread = lens_scale_ * std::max(std::abs(1 - z0 * inverse_focus_), std::abs(1 - z1 * inverse_focus_)),
                margin = lens_scale_ * (1 + std::max(std::abs(z0), std::abs(z1)) * inverse_focus_) * kPixelMargin;
   return std::any_of(&extent.high[1], &extent.high[0] + kAxes, [&](double d) { return d < -spread - margin; });

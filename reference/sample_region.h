@@ -10,21 +10,21 @@
 
 namespace tessera::reference {
 
-// Where the samples of a rectangle of pixels look, at any time and through any point of the lens. In the space of
-// ReferenceScene a sample at depth z is between
+// The volume that the samples of a rectangle of pixels see at any time and through any point of the lens. In the space of
+// ReferenceScene the ray of a sample is at depth z between
 //   left * w - spread(z)   and   right * w + spread(z),   spread(z) = lens_scale * |1 - z / focus|, w = z or 1,
-// and the same from top to bottom. Each side is a plane but for the spread, and what lies on straight lines between
-// points on the wrong side of one plane is there as well: triangles and their motion need no more than the vertices at
-// both motion keys.
+// and the same from top to bottom. Each side is a plane except for the spread. If two points lie on the wrong side of one
+// plane, the straight line between them does as well; so triangles and their motion need only their vertices at both motion
+// keys.
 //
 // Invariant (cited by the tests):
-//   SRG1  What a region misses, no ray of its samples hits, rounding included.
+//   SRG1  If a region misses an object, no ray of its samples hits it, rounding included.
 class SampleRegion {
  public:
   static constexpr std::size_t kAxes = 5;  // depth, then the distances inwards from left, right, top and bottom
   // One linear function of a point for each axis.
   using Axes = std::array<DVec4, kAxes>;
-  // Interval on every axis of some points, rounding included.
+  // Interval of a set of points on every axis, rounding included.
   struct Extent {
     std::array<double, kAxes> low, high;
     Extent() {
@@ -38,16 +38,16 @@ class SampleRegion {
   };
 
   SampleRegion(const scene::Projection& projection, const IntRect& pixels);
-  // One that misses nothing.
+  // A region that misses nothing.
   static SampleRegion everything(const scene::Projection& projection, const IntRect& pixels);
 
   const IntRect& pixels() const { return pixels_; }
 
-  // The axes as functions of points that `to_space` brings into ReferenceScene's space (rows: x, y, depth).
+  // The axes as functions of points that `to_space` transforms into ReferenceScene's space (rows: x, y, depth).
   Axes axes(const DMat4& to_space) const;
-  void add(Extent& extent, const double* point) const;  // x, y, depth
+  void add(Extent& extent, const double* point) const;  // `point`: x, y, depth
   bool misses(const Extent& extent) const;
-  // Whether all is in the middle of it, whatever the lens: no part of it is missed.
+  // Whether the whole extent lies inside the region for every point of the lens.
   bool holds(const Extent& extent) const;
 
  private:

@@ -11,8 +11,8 @@ namespace tessera::reference {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-// The stretch behind a ray's start on which nothing counts, over the distance of the start from the camera: far more than
-// double precision loses, far less than anything shows.
+// Hits on the first stretch behind a ray's start do not count. Its length, over the distance of the start from the
+// camera, is far above the loss of double precision and far below any visible effect.
 constexpr double kSkipped = 1e-9;
 
 DMat4 world_to_space(const ReferenceScene& scene, std::size_t key) {
@@ -30,7 +30,7 @@ ShadowScene::Light end_of_rays(const ReferenceScene& scene, const scene::ShadowL
     out.range = static_cast<double>(std::max(open.range, close.range));
   const auto node = static_cast<std::size_t>(scene.frame.light_nodes[light.light]);
   for (std::size_t key = 0; key < 2; ++key) {
-    // As single precision does not have it far from the world's origin.
+    // Computed in double precision, as single precision loses positions far from the world's origin.
     const DMat4 world = scene::view_from_world(scene.posed.poses[key].world[node]).camera_to_world;
     out.at[key] = DVec3(world_to_space(scene, key) * (out.directional ? DVec4(DVec3(world[2]), 0.0) : world[3]));
   }
@@ -56,11 +56,11 @@ void ShadowTracer::sort_ray(const ShadowScene& scene, const ShadowScene::Light& 
   const DVec3 end = light.at[0] * (1.0 - from.t) + light.at[1] * from.t, way = light.directional ? end : end - from.at,
               seen_way = way * units;
   if (light.range > 0 && glm::length(seen_way) > light.range) return;
-  // Along the axis on which it is steepest, in scene units.
+  // The ray is a function of the axis along which it is steepest, in scene units.
   int axis = 0;
   for (int k = 1; k < 3; ++k)
     if (std::abs(seen_way[k]) > std::abs(seen_way[axis])) axis = k;
-  if (!(std::abs(way[axis]) > 0)) return;  // at the light
+  if (!(std::abs(way[axis]) > 0)) return;  // the receiver is at the light
   const int x = (axis + 1) % 3, y = (axis + 2) % 3;
   const bool above = way[axis] > 0;
   Ray ray{receiver, 0, 0, way[x] / way[axis], way[y] / way[axis], 0, 0};

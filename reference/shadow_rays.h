@@ -13,39 +13,39 @@
 
 namespace tessera::reference {
 
-// The casters of a scene and its lights that cast: all that shadow rays ask for.
+// The casters of a scene and its lights that cast shadows: all data that shadow rays need.
 //
-// A ray runs from what a sample sees to the light, at the sample's time, in double precision. It lives in the space of the
-// scene that samples look at, which is linear in the scene's points: there casters are the very triangles that samples
-// see, with the same grids, and a light is one more point that moves on a straight line between the motion keys. So no
-// light needs a view of its own, and a surface meets itself nowhere but where the ray starts.
+// A ray runs from the point that a sample sees to the light, at the sample's time, in double precision. It runs in
+// the space of ReferenceScene, which is linear in the scene's points. There casters are the same triangles, with the
+// same grids, that samples see, and a light is a point that moves on a straight line between the motion keys. So no
+// light needs a view of its own, and a surface meets itself only where the ray starts.
 //
-// Casters are those of scene::casts() wherever they are; points and lines are as wide as the camera sees them.
-// An alpha test reads the finest level of its texture, as a ray covers no pixel. Rays know no `distance` of a capture:
-// where maps end and everything is lit, the machine errs.
+// Casters are all surfaces of scene::casts(), inside or outside the view; points and lines are as wide as the camera
+// sees them. An alpha test reads the finest level of its texture, as a ray covers no pixel. Rays ignore the
+// `distance` of a capture: beyond the end of its maps the machine lights everything, which is its error.
 //
 // Invariants (cited by the tests):
-//   SHR1  What a shadow ray meets does not depend on the tree.
-//   SHR2  A plane that nothing stands on is lit wherever it is, however grazing the light.
+//   SHR1  The hit of a shadow ray does not depend on the tree.
+//   SHR2  A plane without objects on it is lit everywhere, however grazing the light.
 class ShadowScene {
  public:
-  // Ends of shadow rays.
+  // A light, the end of shadow rays.
   struct Light {
-    std::uint32_t number = 0;  // of FrameGeometry::lights
+    std::uint32_t number = 0;  // number in FrameGeometry::lights
     bool directional = false;
-    std::array<DVec3, 2> at;  // its place, or the direction towards it, at both motion keys
+    std::array<DVec3, 2> at;  // its position, or the direction towards it, at both motion keys
     double range = 0;         // scene units; 0: unlimited
   };
 
-  // `seen` must outlive it. `settings`: the faces and the blended surfaces that cast; sizes, filters and biases belong to
-  // maps. `budget`: as ReferenceScene has it.
+  // `seen` must outlive it. `settings` choose the faces and the blended surfaces that cast; sizes, filters and biases
+  // apply to maps only. `budget`: see ReferenceScene::Options.
   ShadowScene(const ReferenceScene& seen, const scene::ShadowSettings& settings, scene::MemoryBudget* budget = nullptr);
 
   bool any() const { return !lights_.empty(); }
   std::span<const Light> lights() const { return lights_; }
-  std::size_t light_count() const { return light_count_; }  // of the frame, whether they cast or not
+  std::size_t light_count() const { return light_count_; }  // lights of the frame, whether they cast or not
   const ReferenceScene& casters() const { return *casters_; }
-  double unit() const { return unit_; }  // scene units of one along x and y
+  double unit() const { return unit_; }  // scene units per unit along x and y
 
  private:
   std::vector<Light> lights_;
@@ -54,18 +54,18 @@ class ShadowScene {
   std::unique_ptr<ReferenceScene> casters_;  // nullptr where no light casts
 };
 
-// Where shadow rays begin.
+// Start of a shadow ray.
 struct ShadowReceiver {
   DVec3 at;                 // in the scene's space
-  double t = 0;             // of its motion keys
-  double shutter_time = 0;  // of the whole shutter
+  double t = 0;             // time between its motion keys
+  double shutter_time = 0;  // time of the whole shutter
   std::uint32_t patch = 0, triangle = 0;
 };
 
-// A thread's shadow rays. Keeps its scratch memory.
+// Traces a thread's shadow rays and keeps its scratch memory.
 class ShadowTracer {
  public:
-  // The share of each light at each receiver, 0 or 1.
+  // Finds the share of each light at each receiver, 0 or 1.
   void trace(const ShadowScene& scene, std::span<const ShadowReceiver> receivers, tilecore::KnownShadows& shares);
 
  private:
@@ -79,7 +79,7 @@ class ShadowTracer {
   void trace_rays(const ShadowScene& scene, std::span<const ShadowReceiver> receivers, std::span<const Ray> rays,
                   std::vector<float>& shares);
 
-  std::array<std::vector<Ray>, 6> rays_;  // by axis; those whose light is above behind those whose light is below
+  std::array<std::vector<Ray>, 6> rays_;  // by axis; the last three have the light above
   ShadowPacket packet_;
 };
 

@@ -11,10 +11,10 @@ namespace {
 
 using scene::FrameGeometry;
 
-constexpr double kShortest = 0x1p-20;  // of the shutter
-constexpr std::size_t kPoints = 48;    // of a drawable
-constexpr int kLooks = 3;              // random times in a slice
-constexpr int kFirstLooks = 32;        // in the whole shutter, before it is split at all
+constexpr double kShortest = 0x1p-20;  // fraction of the shutter
+constexpr std::size_t kPoints = 48;    // points of a drawable
+constexpr int kLooks = 3;              // random times at which a slice is sampled
+constexpr int kFirstLooks = 32;        // random times in the whole shutter, before its first split
 
 // Steele, Lea and Flood 2014, SplitMix64.
 class RandomTimes {
@@ -47,8 +47,8 @@ std::vector<double> keys_of(const scene::Capture& capture, const scene::FrameReq
   return keys;
 }
 
-// Calls look(point) for some points of a posed drawable at a key, in raster space; points of displaced ones as far out as
-// displacement reaches.
+// Calls look(point) for some points of a posed drawable at a key, in raster space; displaced points are moved as far
+// out as the displacement reaches.
 template <class Look>
 void look_at_points(const FrameGeometry& frame, std::size_t d, std::size_t key, const Look& look) {
   const scene::PosedDrawable& drawable = frame.drawables[d];
@@ -80,7 +80,7 @@ void look_at_points(const FrameGeometry& frame, std::size_t d, std::size_t key, 
   }
 }
 
-// Pixels between what moves on lines through a slice and where it truly is, at `share` of it.
+// Largest distance in pixels between linear motion through a slice and the true positions, at `share` of the slice.
 double distance(const FrameGeometry& slice, const FrameGeometry& truth, double share) {
   double most = 0;
   const scene::Projection& p = truth.projection;
@@ -93,7 +93,7 @@ double distance(const FrameGeometry& slice, const FrameGeometry& truth, double s
       const double w = p.orthographic ? 1.0 : std::max(at.w, p.near),
                    w_line = p.orthographic ? 1.0 : std::max(line.w, p.near);
       const DVec2 there(at.x / w, at.y / w), on_line(line.x / w_line, line.y / w_line);
-      // What is a frame's size off the frame is not seen.
+      // Points farther off the image than its size are ignored.
       if (there.x < -request.width || there.x > 2 * request.width || there.y < -request.height ||
           there.y > 2 * request.height)
         continue;
@@ -109,7 +109,7 @@ double distance(const FrameGeometry& slice, const FrameGeometry& truth, double s
     look_at_points(truth, d, 0, [&](const DVec4& point) { true_places.push_back(point); });
     compare();
   }
-  // What is behind everything turns with the camera.
+  // The background turns with the camera.
   if (!p.orthographic) {
     open.clear(), close.clear(), true_places.clear();
     for (int k = 0; k < 9; ++k) {
@@ -144,7 +144,7 @@ scene::FrameRequest ShutterSlices::slice_request(double a, double b) const {
   scene::FrameRequest out = request_;
   const double open = request_.open_time, length = request_.close_time - open;
   out.open_time = a == 0.0 ? open : open + length * a;
-  // A slice that ends where something jumps ends before that.
+  // A slice that ends at a jump of an animation ends just before it.
   out.close_time = a == b     ? out.open_time
                    : b == 1.0 ? request_.close_time
                               : std::nextafter(open + length * b, -std::numeric_limits<double>::infinity());
@@ -163,7 +163,7 @@ std::unique_ptr<FrameGeometry> ShutterSlices::pose(std::size_t k) const {
 void ShutterSlices::split(std::uint64_t seed, double max_pixels) {
   RandomTimes random(seed);
   const std::vector<double> keys = keys_of(*assembly_.capture, request_);
-  // Grids are of no use here: they are as coarse as they may be.
+  // Grids do not matter here, so they are as coarse as possible.
   const auto posed = [&](double a, double b) {
     scene::FrameRequest coarse = slice_request(a, b);
     coarse.tessellation.target_edge_pixels = 1e6;
@@ -190,12 +190,12 @@ void ShutterSlices::split(std::uint64_t seed, double max_pixels) {
       ends_.push_back(b);
       continue;
     }
-    // At the key in the middle, or anywhere in the middle third.
+    // Split at the key in the middle, or at random in the middle third.
     const double middle = first < last ? *(first + (last - first) / 2) : a + (b - a) * (1 + random.next()) / 3;
     waiting.emplace_back(middle, b);
     waiting.emplace_back(a, middle);
   }
-  if (!waiting.empty()) ends_.resize(kMaxSlices + 2);  // too many
+  if (!waiting.empty()) ends_.resize(kMaxSlices + 2);  // too many slices
 }
 
 }  // namespace tessera::reference

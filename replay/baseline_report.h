@@ -10,7 +10,7 @@
 
 namespace tessera::replay {
 
-// The schemes of one frame, or of all, side by side.
+// Reports that compare the schemes of one frame, or of all frames.
 
 // {"tessera": {"baseline.primitives": 1, ...}, "patch-whole": ..., and so on: a member per scheme}
 nlohmann::json baselines_json(const baselines::BaselineSet& set);

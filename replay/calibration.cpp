@@ -20,7 +20,7 @@ namespace {
 
 using nlohmann::json;
 
-// When what sources name without a year was announced, published or granted.
+// Years of the announcement, publication or grant of items that sources name without a year.
 constexpr std::pair<std::string_view, int> kPublished[] = {
     {"Adreno 530", 2015},      {"Adreno 610", 2019},  {"Adreno 630", 2017}, {"Adreno 680", 2018},
     {"Adreno 730", 2021},      {"Direct3D 11", 2009}, {"LPDDR4 ", 2014},    {"LPDDR4-", 2014},
@@ -34,14 +34,14 @@ const std::string kDefaultPreset = gpu::GpuConfiguration().preset;
 bool names(std::string_view source, std::string_view word) { return source.find(word) != std::string_view::npos; }
 bool is_own(std::string_view source) { return names(source, "[assumed]") || names(source, "[measured]"); }
 
-// The key that a source refers to: "as tile.width", "that of memory.gb_per_s".
+// The key to which a source refers, as in "as tile.width" (see kReference).
 std::string referred_key(const std::string& source) {
-  static const std::regex kReference(R"(\b(?:as|that of) ([a-z_0-9]+\.[a-z_0-9]+))");
+  static const std::regex kReference(R"(\b(?:as|the type of) ([a-z_0-9]+\.[a-z_0-9]+))");
   std::smatch found;
   return std::regex_search(source, found, kReference) ? found[1].str() : "";
 }
 
-// The texts of one preset: its own, else those of the keys.
+// The source of a preset's number: the preset's own text, else the key's.
 std::string source_of(const gpu::Preset& preset, std::string_view key) {
   const std::string name(key);
   if (const auto own = preset.sources.find(name); own != preset.sources.end()) return *own;
@@ -124,21 +124,18 @@ std::string calibration_introduction() {
     in_part += spec && is_own(source) ? 1 : 0;
   }
   constexpr std::string_view kText =
-      "Of the {} numbers of `{}`, {} are published, {} rest on a publication in part, and {} are chosen or measured by "
-      "us. "
-      "They describe a class of\n"
-      "machines, not one part: try a conclusion at both ends of each number that it hangs on (`--sensitivity`).\n\n"
-      "A number without a range is a published or a measured figure. A preset has the value of `mid-mobile` where it "
-      "has "
-      "no row. [spec] marks published\n"
-      "figures, [measured] our own measurements, [assumed] our own choice. A date is the year in which the named part "
-      "or "
-      "publication appeared; {} is the year of\n"
-      "our assumptions and measurements, and the year in which we read drivers, whose code has no date. "
-      "[gpu.md](gpu.md) "
-      "says what each number means,\n"
-      "[deviations.md](deviations.md) where the model differs from real GPUs. The sections behind the table are not "
-      "generated.";
+      "Of the {} numbers of `{}`, {} are published, {} rest on a publication in part, and {} are "
+      "chosen or measured by us. They describe a class of\n"
+      "machines, not one part: test a conclusion at both ends of each number on which it depends "
+      "(`--sensitivity`).\n"
+      "\n"
+      "A number without a range is a published or a measured figure. A preset without a row has "
+      "the value of `mid-mobile`. [spec] marks published\n"
+      "figures, [measured] our own measurements, [assumed] our own choice. A date is the year in "
+      "which the named part or publication appeared; {} is the year of\n"
+      "our assumptions and measurements, and the year in which we read drivers, whose code has no "
+      "date. [gpu.md](gpu.md) explains each number,\n"
+      "[validation.md](validation.md) lists the differences between the model and real GPUs.";
   return fmt::format(kText, numbers, kDefaultPreset, published, in_part, numbers - published - in_part, kYearRead);
 }
 

@@ -36,7 +36,7 @@ int finish_output() {
   return fail(ExitStatus::kCannotWrite, (std::string("cannot write the output: ") + std::strerror(errno)).c_str());
 }
 
-// "Could not convert: --threads = many" as a sentence of ours.
+// Turns "Could not convert: --threads = many" into one of our sentences.
 std::string conversion_complaint(const std::string& text) {
   const std::size_t colon = text.find(": "), equals = text.find(" = ");
   if (colon == std::string::npos || equals == std::string::npos || equals < colon) return text;
@@ -52,11 +52,11 @@ std::string count_complaint(const std::string& text) {
   return fmt::format("{}: is given {} times; give it once", text.substr(0, at), text.substr(at + most.size()));
 }
 
-// Options that are gone, and what to use instead.
+// Removed options, and their replacements.
 constexpr std::pair<std::string_view, const char*> kFormerOptions[] = {
     {"--ktx2",
-     "--ktx2: pack writes no KTX2 images; use --webp, or make them before with an encoder such as basisu or toktx; "
-     "the key texture.format says what blocks cost in the machine's memory"}};
+     "--ktx2: pack writes no KTX2 images; use --webp, or make them first with an encoder such as "
+     "basisu or toktx; the key texture.format puts blocks into the machine's memory"}};
 
 const char* former_option_complaint(const std::vector<std::string>& arguments) {
   for (const std::string& argument : arguments)
@@ -65,7 +65,7 @@ const char* former_option_complaint(const std::vector<std::string>& arguments) {
   return nullptr;
 }
 
-// The parser's complaint; where it is an argument that nobody expects, with the nearest one that is.
+// The parser's complaint; for an unexpected argument, with the nearest known one.
 std::string complaint(const CLI::App& app, const CLI::ParseError& error) {
   const std::vector<std::string> extras = app.remaining(true);
   if (const char* former = former_option_complaint(extras)) return former;
@@ -101,7 +101,7 @@ const std::vector<std::pair<int, const char*>>& exit_statuses() {
       {4, "limit exceeded"},
       {5, "compare found more than --threshold allows"},
       {6, "a result could not be written"},
-      {130, "stopped by Ctrl-C or SIGTERM, after whole results of what was done"}};
+      {130, "stopped by Ctrl-C or SIGTERM, with complete results of the finished work"}};
   return kStatuses;
 }
 
@@ -137,7 +137,8 @@ std::uint64_t memory_bytes(double gib) {
 
 void add_strict_flag(CLI::App& app, bool& strict) {
   app.add_flag("--strict", strict,
-               "Refuse what the glTF specification forbids also where its meaning is clear, instead of a note");
+               "Refuse every violation of the glTF specification, even one with a clear meaning, instead of "
+               "noting it");
 }
 
 void add_variant_option(CLI::App& app, std::optional<std::string>& variant) {
@@ -151,7 +152,7 @@ std::string variant_argument(const std::optional<std::string>& variant) {
 }
 
 int run_command_line(int argc, char** argv, std::span<const CommandEntry> entries) {
-  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is a write that fails, whoever writes it
+  std::signal(SIGXFSZ, SIG_IGN);  // a write beyond the file-size limit fails instead of ending the program
   CLI::App app("Tessera: emulates a tile-based deferred GPU that bins patches before tessellation.", "tessera");
   app.require_subcommand(1);
   app.set_version_flag("--version", std::string("tessera ") + TESSERA_VERSION, "Print the version");

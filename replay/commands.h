@@ -23,31 +23,31 @@ class Command {
   virtual void run() = 0;
 };
 
-// Thrown once all that was left to do is done and written: the command ends with this status, and `line`, if any, on
+// Thrown after all remaining work is done and written: the command ends with this status and prints `line`, if any, to
 // standard error.
 struct EarlyEnd {
   ExitStatus status;
   std::string line;
 };
-// The end of work that a signal stopped: `line` says how to go on.
+// Ends a command whose work a signal stopped: `line` says how to go on.
 inline EarlyEnd stopped(std::string line) { return {ExitStatus::kStopped, std::move(line)}; }
 
-// Each as "note: ..." on standard error.
+// Prints each note as "note: ..." to standard error.
 void say_notes(const std::vector<std::string>& notes);
 
-// Options that several commands have. `what` of --set and --max-memory: their meaning.
+// Options that several commands have. `what` is the meaning of --set or --max-memory in the command's help.
 void add_capture_argument(CLI::App& app, std::string& capture);
 void add_machine_options(CLI::App& app, std::string& gpu, std::vector<std::string>& sets, const char* what);
 void add_threads_option(CLI::App& app, unsigned& threads);
 void add_memory_option(CLI::App& app, double& gib,
                        const char* what = "the capture with a frame of it, and the images, may take");
-// The bytes of --max-memory. Throws UsageError for no sensible number.
+// The bytes of --max-memory. Throws UsageError for a number out of range.
 std::uint64_t memory_bytes(double gib);
-// --strict, of every command that reads captures: sets scene::CaptureLimits::strict.
+// Adds --strict, for every command that reads captures: sets scene::CaptureLimits::strict.
 void add_strict_flag(CLI::App& app, bool& strict);
-// --variant, of commands that draw one capture: sets scene::CaptureLimits::variant.
+// Adds --variant, for commands that draw one capture: sets scene::CaptureLimits::variant.
 void add_variant_option(CLI::App& app, std::optional<std::string>& variant);
-// " --variant 'NAME'", as a shell takes it; nothing without a variant.
+// " --variant 'NAME'", quoted for a shell; empty without a variant.
 std::string variant_argument(const std::optional<std::string>& variant);
 
 std::unique_ptr<Command> make_replay_command(CLI::App& app);
@@ -63,8 +63,8 @@ std::unique_ptr<Command> make_dram_command(CLI::App& app);
 std::unique_ptr<Command> make_describe_command(CLI::App& app);
 std::unique_ptr<Command> make_selfcheck_command(CLI::App& app);
 
-// From now on a failed check also prints the command line that repeats this run: `command`, which goes without
-// --frames, and the frame in hand.
+// From now on a failed check also prints the command line that repeats this run: `command` without --frames, and the
+// current frame.
 void repeat_failures_with(std::string command);
 
 struct CommandEntry {

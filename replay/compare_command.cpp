@@ -25,7 +25,7 @@ namespace {
 using nlohmann::json;
 namespace fs = std::filesystem;
 
-// Figures of a replay: a folder, or a file that begins as JSON does.
+// Whether a file holds figures of a replay: a folder, or a file that begins like JSON.
 bool is_run(const fs::path& file) {
   std::error_code ignored;
   if (fs::is_directory(file, ignored)) return true;
@@ -38,8 +38,8 @@ class CompareCommand final : public Command {
  public:
   explicit CompareCommand(CLI::App& app) {
     app.add_option("A", files_,
-                   "What is compared, the first with all others: folders of replays, their stats.json, what `tessera "
-                   "time --json` wrote; or images (.png, .jpg, .webp, .exr)")
+                   "Compared runs or images, the first with all others: folders of replays, their stats.json, "
+                   "files of `tessera time --json`; or images (.png, .jpg, .webp, .exr)")
         ->required()
         ->expected(1, -1)
         ->type_name("B...");
@@ -53,37 +53,37 @@ class CompareCommand final : public Command {
     CLI::Option* as_json = app.add_flag("--json", json_, "As JSON");
     app.add_flag("--csv", csv_, "As a CSV table: section, name, a column for each")->excludes(as_json);
     app.add_flag("--all", all_, "Show rows that are equal, too");
-    app.add_option(
-           "--threshold", thresholds_,
-           "End with status 5 when another than the first is worse: METRIC may be time, cycles, energy, traffic "
-           "or the name of a counter, of which LIMIT is how many percent it may grow; of images flip or max, "
-           "which may be LIMIT at most, and psnr or ssim, at least. LIMIT alone is that of time, energy and "
-           "traffic; repeatable")
+    app.add_option("--threshold", thresholds_,
+                   "End with status 5 when a later one is worse than the first. METRIC is time, cycles, energy, "
+                   "traffic or the name of a counter, and may grow by LIMIT percent; for images METRIC is flip "
+                   "or max, at most LIMIT, or psnr or ssim, at least LIMIT. LIMIT alone is for time, energy and "
+                   "traffic; repeatable")
         ->type_name("[METRIC=]LIMIT")
         ->allow_extra_args(false);
     app.add_flag("--no-images", no_images_, "Leave the images of replays alone");
     app.add_option("--flip-map", map_, "Write the FLIP error of two images as a heat map")->type_name("FILE.png");
     app.add_option("--mask", mask_,
-                   "Measure only the pixels of two images that this one covers: those with an alpha above 0, without "
-                   "alpha those that are not black")
+                   "Measure only the pixels of two images that this one covers: pixels with an alpha above 0, "
+                   "or, without alpha, pixels that are not black")
         ->type_name("FILE");
     app.footer(
-        "Replays: why one is slower than the first: what changed, and where the cycles went; then time, cycles, energy "
-        "and traffic of a frame, "
-        "the critical\n"
-        "path, units, bytes by purpose, drawables, counters, the keys that differ, and the images. Frames that all "
-        "have are\n"
-        "compared, and averaged. Of two captures the figures that tell them apart come first: patches, triangles, "
-        "layers, "
-        "lights,\n"
-        "textures, passes.\n"
-        "Images: PSNR, mean SSIM and mean FLIP of what a display shows (EXR files are tone mapped first); max is the "
-        "largest\n"
-        "difference of any channel in [0, 1]. FLIP assumes 67 pixels per degree of visual angle.\n\n"
+        "Replays: why one is slower than the first: the changes, and where the cycles went; then "
+        "time, cycles, energy and traffic of a\n"
+        "frame, the critical path, units, bytes by purpose, drawables, counters, the keys that "
+        "differ, and the images.\n"
+        "Frames that all runs have are compared, and averaged. For two captures the figures that "
+        "distinguish them come first: patches,\n"
+        "triangles, layers, lights, textures, passes.\n"
+        "Images: PSNR, mean SSIM and mean FLIP of the images as a display shows them (EXR files are "
+        "tone mapped first); max is the largest\n"
+        "difference of any channel in [0, 1]. FLIP assumes 67 pixels per degree of visual angle.\n"
+        "\n"
         "Examples:\n"
         "  tessera compare out/before out/after\n"
-        "  tessera compare out/before out/after --threshold time=2 --threshold flip=0.01   a gate for scripts\n"
-        "  tessera compare out/run --frame 3 --frame 7          why one frame is slower than another\n"
+        "  tessera compare out/before out/after --threshold time=2 --threshold flip=0.01   a gate "
+        "for scripts\n"
+        "  tessera compare out/run --frame 3 --frame 7          why one frame is slower than "
+        "another\n"
         "  tessera compare a.png b.png --flip-map map.png");
   }
 
@@ -98,7 +98,7 @@ class CompareCommand final : public Command {
   }
 
  private:
-  // One replay with several frames stands for each of them, one frame for all replays.
+  // A single replay is repeated for each of several frames; a single frame applies to all replays.
   void spread_frames() {
     if (files_.size() == 1 && frame_numbers_.size() < 2)
       throw UsageError("compare: give two or more replays or images, or one replay and --frame twice");
@@ -166,7 +166,7 @@ class CompareCommand final : public Command {
     end_with(broken);
   }
 
-  // Of the folders among the runs, each with the first.
+  // Compares the images of each folder among the runs with the first run's.
   json frame_images(Comparison& comparison) const {
     json rows = json::array();
     const auto folder = [](const fs::path& file) { return file.parent_path(); };

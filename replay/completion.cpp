@@ -21,7 +21,7 @@ namespace {
 
 using Words = std::vector<std::string>;
 
-// What stands behind an option or in the place of an argument.
+// The value after an option, or of an argument.
 struct Value {
   Words words;
   bool files = false, list = false, keys = false;  // words in a list with commas; KEY=VALUE
@@ -91,7 +91,7 @@ std::vector<const CLI::App*> commands_of(const CLI::App& program) {
   return program.get_subcommands([](const CLI::App*) { return true; });
 }
 
-// Those that are named; --help is of every command.
+// The options with long names; --help belongs to every command.
 std::vector<const CLI::Option*> options_of(const CLI::App& command) {
   return command.get_options([](const CLI::Option* option) { return !option->get_lnames().empty(); });
 }
@@ -124,7 +124,7 @@ std::string bash_value(const Value& value) {
   return text.empty() ? ":" : text;
 }
 
-// An option's line of the `case` of a command: what follows it.
+// An option's line in the `case` of a command: completion of the option's value.
 std::string bash_cases(const CLI::App& command) {
   std::string text;
   for (const CLI::Option* option : options_of(command)) {
@@ -142,7 +142,7 @@ Words option_names(const CLI::App& command) {
   return names;
 }
 
-// In single quotes, for zsh: what has a meaning in the specifications of _arguments is escaped.
+// A text in single quotes for zsh: characters that are special in the specifications of _arguments are escaped.
 std::string zsh_text(const std::string& text, const char* special = "[]:\\") {
   std::string out;
   for (const char c : text) {

@@ -30,7 +30,7 @@ struct Column {
   const char* title;
 };
 
-// What the pages say above their tables.
+// A page's title, text and columns.
 struct Topic {
   const char* name;
   const char* title;
@@ -47,15 +47,15 @@ const std::vector<Topic>& topics() {
   static const std::vector<Topic> kTopics = {
       {"counters",
        "Counters",
-       "Every counter of stats.json and stats.csv, generated from the declarations beside the code that counts. "
-       "Counters are raw events, exact, and\n"
-       "the same for any number of host threads and any host instruction set. A counter whose unit did not run is "
-       "absent, not zero. Over several\n"
-       "frames a counter is summed, or its peak is kept. Those of `baseline` are in the member `baselines`, once per "
-       "scheme, and in baselines.csv, when a\n"
-       "replay ran with `--baselines`. The last column names what an architect knows from real parts; it says that the "
-       "quantity is\n"
-       "comparable, not that the numbers agree.",
+       "Every counter of stats.json and stats.csv, generated from the declarations beside the code "
+       "that counts. Counters are raw events, exact, and\n"
+       "the same for any number of host threads and any host instruction set. A counter whose unit "
+       "did not run is absent, not zero. Over several\n"
+       "frames a counter is summed, or its peak is kept. Counters of `baseline` are in the member "
+       "`baselines`, once per scheme, and in baselines.csv, when a\n"
+       "replay ran with `--baselines`. The last column names counters of real GPUs for a comparable "
+       "quantity; their numbers\n"
+       "need not agree.",
        {{"name", "counter"},
         {"unit", "unit"},
         {"over_frames", "over frames"},
@@ -63,8 +63,8 @@ const std::vector<Topic>& topics() {
         {"vendor", "comparable to"}}},
       {"settings",
        "Settings",
-       "What `--set KEY=VALUE` changes about a replay, generated from the declarations. The numbers of the described "
-       "machine are keys as well: see\n"
+       "Keys of a replay for `--set KEY=VALUE`, generated from the declarations. The numbers of the "
+       "described machine are keys as well: see\n"
        "[gpu.md](gpu.md).",
        {{"key", "key"},
         {"type", "type"},
@@ -74,16 +74,17 @@ const std::vector<Topic>& topics() {
         {"meaning", "meaning"}}},
       {"gpu",
        "The described machine",
-       "Keys of a `--gpu` file and of `--set`, generated from the declarations; defaults are those of the preset "
-       "`mid-mobile`. In a file the dots nest:\n"
-       "`{\"preset\": \"mid-mobile\", \"tile\": {\"width\": 16, \"height\": 16}}`. [spec] marks published figures, "
-       "[measured] our own\n"
-       "measurements, [assumed] our own choice; the source of a number is that of its values in all presets. Presets: "
-       "`hardware/presets/`, with the source of each of their numbers. Keys of pass "
-       "`timing` time a record (`tessera time`), those of `function` make another. Low and high are where an assumed "
-       "number may lie (`--sensitivity`), in the same ratio to a preset's. What "
-       "cycles and energies follow\n"
-       "from these numbers, and how, is in [timing_model.md](timing_model.md).",
+       "Keys of a `--gpu` file and of `--set`, generated from the declarations; defaults are the "
+       "values of the preset `mid-mobile`. In a file the dots nest:\n"
+       "`{\"preset\": \"mid-mobile\", \"tile\": {\"width\": 16, \"height\": 16}}`. [spec] marks "
+       "published figures, [measured] our own\n"
+       "measurements, [assumed] our own choice; the source of a number covers its values in all "
+       "presets. Presets: `hardware/presets/`, with the source of each of their numbers. A change "
+       "of a key of pass `timing` needs a timing of the same record (`tessera time`), a change of a "
+       "key of pass `function` needs another record. Low and high are the plausible ends of an "
+       "assumed number (`--sensitivity`); they scale with a preset's value. "
+       "[timing_model.md](timing_model.md)\n"
+       "explains how cycles and energies are computed from these numbers.",
        {{"key", "key"},
         {"type", "type"},
         {"unit", "unit"},
@@ -102,19 +103,17 @@ const std::vector<Topic>& topics() {
        "refused, naming them. Tessera's own have a page and a JSON schema each in `docs/extensions/`.",
        {{"name", "extension"}, {"extends", "carried by"}, {"meaning", "meaning"}, {"member_names", "members"}}},
       {"formats",
-       "What a glTF file may hold",
-       "glTF 2.0, text or binary, in whole: triangles, strips, fans, points and lines, sparse and quantised accessors, "
-       "skins, morph targets,\n"
-       "animations, cameras; PNG, JPEG (also CMYK), WebP and KTX2 images. Of a vertex the eight heaviest joints of all "
-       "sets count; morph targets\n"
-       "move positions, normals and tangents, and colours and coordinates that they move, too, are named in a note. "
-       "What "
-       "breaks the specification\n"
-       "and has one meaning is read with a note, refused with `--strict`; an image that nothing samples may be "
-       "missing. "
-       "Below, the extensions of the Khronos registry; `inspect` and a note name what of them "
-       "a file uses and Tessera does\n"
-       "not read, and a file that requires one of those is refused (status 3). Tessera's own: "
+       "Supported contents of glTF files",
+       "glTF 2.0, text or binary, in whole: triangles, strips, fans, points and lines, sparse and "
+       "quantised accessors, skins, morph targets,\n"
+       "animations, cameras; PNG, JPEG (also CMYK), WebP and KTX2 images. The eight heaviest joints "
+       "of a vertex, over all sets, count. Morph targets\n"
+       "move positions, normals and tangents; a note names targets that move colours or coordinates "
+       "as well. A violation of the specification\n"
+       "with only one meaning is read with a note, and refused with `--strict`; an image that no "
+       "texture samples may be missing. The table lists the extensions of the Khronos registry. "
+       "`inspect` and a note name the unread ones that a file uses,\n"
+       "and a file that requires an unread one is refused (status 3). Tessera's own: "
        "[extensions.md](extensions.md).",
        {{"name", "extension"},
         {"status", "status"},
@@ -127,13 +126,15 @@ const std::vector<Topic>& topics() {
        "([extensions/TESSERA_procedure.md](extensions/TESSERA_procedure.md)), generated from their declarations in\n"
        "`shaders_cpp/procedures/`, and the language of its `program`, in which the built-in shapes and textures are "
        "written\n"
-       "once more: `shaders_cpp/procedures/builtin_stages.txt`. How they are drawn: [procedural.md](procedural.md).",
+       "once more: `shaders_cpp/procedures/builtin_stages.txt`. How they are drawn: [procedures.md](procedures.md).",
        {{"name", "stage"}, {"kind", "kind"}, {"meaning", "meaning"}, {"parameters", "parameters"}}},
       {"effects",
        "Effects",
-       "Tessera simulates only the effects that a scene calls for; an absent one costs less than 0.5 % of the host's "
-       "instructions. `tessera tradeoff CAPTURE --out DIR --effects` prices them.\n`stats.json` says which ran "
-       "(`effects`), why (`effect_reasons`) and where (`effect_places`). What follows the table is not generated.",
+       "Tessera simulates only the effects that a scene calls for; an absent one costs less than "
+       "0.5 % of the host's instructions. `tessera tradeoff CAPTURE --out DIR --effects` prices "
+       "them.\n"
+       "`stats.json` says which ran (`effects`), why (`effect_reasons`) and where "
+       "(`effect_places`).",
        {{"name", "effect"},
         {"meaning", "meaning"},
         {"decided", "decided for each"},
@@ -368,13 +369,18 @@ std::string former_counters_markdown() {
   return text;
 }
 
-// A table of what becomes of each error of the Khronos validator.
+// A table of the reader's answer to each error of the Khronos validator.
 std::string validator_codes_markdown() {
   std::string text =
-      "\n## The validator's errors\n\nThe Khronos glTF validator and `--strict` agree about what is an error, but for "
-      "what "
-      "is not checked. Without `--strict`, what is refused\nin all cases has no clear meaning; all else is read, and "
-      "`inspect` names it in a note.\n\n| code | without `--strict` | with `--strict` |\n|---|---|---|\n";
+      "\n"
+      "## The validator's errors\n"
+      "\n"
+      "The Khronos glTF validator and `--strict` agree about errors, except for the ones that are "
+      "not checked. Without `--strict`, only violations without a clear meaning\n"
+      "are refused; all others are read, and `inspect` names them in a note.\n"
+      "\n"
+      "| code | without `--strict` | with `--strict` |\n"
+      "|---|---|---|\n";
   for (const scene::gltf::ValidatorCode& code : scene::gltf::validator_codes())
     text += fmt::format("| `{}` | {} | {} |\n", code.code,
                         code.answer == scene::gltf::Answer::kRefused      ? "refused"

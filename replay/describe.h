@@ -18,14 +18,14 @@ const std::vector<std::string>& describe_topics();
 // All rows of a topic as JSON. Throws UsageError for a topic that does not exist.
 nlohmann::json describe_json(const std::string& topic);
 
-// The same as text for a terminal, and as the Markdown page that docs/ holds.
+// The same as text for a terminal, and as a Markdown page of docs/.
 std::string describe_text(const std::string& topic);
 std::string describe_markdown(const std::string& topic);
 
-// What the program's commands and options say of themselves, as scripts and pages. All are made from the same tables that
-// parse the command line. `program`: the App that has the commands.
+// Scripts and pages about the program's commands and options, made from the same tables that parse the command line.
+// `program` is the App that has the commands.
 
-// Exit statuses and what they mean, in order.
+// Exit statuses and their meanings, in order.
 const std::vector<std::pair<int, const char*>>& exit_statuses();
 
 // Scripts that complete command lines: commands, options, words that an option takes, presets, keys of --set with their

@@ -73,7 +73,7 @@ void print_dram(const memory::DramSpec& spec, const memory::DramReplayResult& re
 class DramCommand final : public Command {
  public:
   explicit DramCommand(CLI::App& app) {
-    app.add_option("TRACE", trace_, "What `tessera replay --dram-trace` wrote: lines of 0xADDRESS READ|WRITE CYCLE")
+    app.add_option("TRACE", trace_, "A file from `tessera replay --dram-trace`: lines of 0xADDRESS READ|WRITE CYCLE")
         ->required()
         ->type_name("FILE");
     app.add_option("--memory", type_,
@@ -101,7 +101,8 @@ class DramCommand final : public Command {
         ->type_name("BYTES");
     app.add_flag("--json", json_, "As JSON, with all counters");
     app.footer(
-        "Energies are events times assumed prices: trust how they are split and what changes them, not the watts.\n"
+        "Energies are events times assumed prices: trust their proportions and their changes, not "
+        "the watts.\n"
         "A read's latency counts from its cycle (timed) or from being taken (asap).");
   }
 

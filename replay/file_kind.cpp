@@ -37,7 +37,7 @@ std::string first_bytes(const fs::path& file) {
   return bytes;
 }
 
-// A format of other programs: how files of it begin (or "") and end, what it is called, how it becomes glTF.
+// A format of other programs: beginning (or "") and endings of its files, its name, and the way to convert it to glTF.
 struct Foreign {
   std::string_view begin;
   std::vector<std::string_view> endings;
@@ -108,7 +108,7 @@ FileKind json_kind(const fs::path& file) {
     for (const auto& [name, value] : root.items())
       if (kMachine.contains(name)) return FileKind::kMachine;
   } catch (const Error&) {
-    // Then nothing says what it is.
+    // Nothing in the file tells its kind.
   }
   return FileKind::kUnknown;
 }
@@ -127,7 +127,7 @@ std::string captures_in(const fs::path& folder) {
   return names.empty() ? "" : fmt::format("; in it {}{}", fmt::join(names, ", "), more ? ", ..." : "");
 }
 
-// Of the captures beside a file that is not there, the one that it may mean.
+// The capture nearest in name to a missing file, among its folder's captures.
 std::string near_capture(const fs::path& file) {
   std::vector<std::string> names;
   const fs::path folder = file.has_parent_path() ? file.parent_path() : ".";
@@ -150,7 +150,7 @@ std::string about_folder(FileKind wanted, const fs::path& folder) {
   return wanted == FileKind::kMachine ? "is a folder: give a preset or a JSON file" : "is a folder: give a file";
 }
 
-// What a file is and what takes it.
+// A file's kind, and the command that takes it.
 std::string about(FileKind kind, FileKind wanted, const fs::path& file) {
   const std::string name = escape_control(file.string(), 120);
   switch (kind) {
@@ -160,7 +160,7 @@ std::string about(FileKind kind, FileKind wanted, const fs::path& file) {
       if (wanted == FileKind::kMachine) return "is a capture: give a preset or a JSON file that describes a machine";
       return fmt::format(
           "is a capture: `tessera replay {}` renders it{}", name,
-          wanted == FileKind::kRecord ? fmt::format(", and with --record FILE writes what this takes") : "");
+          wanted == FileKind::kRecord ? fmt::format(", and with --record FILE writes a record for this command") : "");
     case FileKind::kStudy:
       return fmt::format("is a study: `tessera sweep {} --out DIR` renders it", name);
     case FileKind::kRecord:

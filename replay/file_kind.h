@@ -7,18 +7,18 @@
 
 namespace tessera::replay {
 
-// What people hand to a command that takes something else.
+// Kinds of files and folders that people pass to commands.
 enum class FileKind { kUnknown, kFolder, kCapture, kStudy, kRecord, kStatistics, kMachine, kImage, kForeign };
 
-// By the first bytes of a file, of JSON by its members, of foreign formats by the ending of the name too. kUnknown where
-// nothing says what it is, or there is no such file.
+// The kind by the first bytes of a file, for JSON by its members, for foreign formats by the ending of the name as
+// well. kUnknown for a missing file or one without such a mark.
 FileKind kind_of(const std::filesystem::path& file);
 
-// Throws InputError that says what `file` is and what takes it or makes it right, if it is certainly something else than
-// `wanted`; for commands that have been refused.
+// For commands that have refused a file: if `file` is certainly of another kind than `wanted`, throws InputError that
+// names its kind and the command that takes or converts it.
 void refuse_other_kind(FileKind wanted, const std::filesystem::path& file);
 
-// Runs `read`, which reads `file`; what it refuses is said better where the file is of another kind.
+// Runs `read`, which reads `file`. If it fails and the file is of another kind than `wanted`, the error says so.
 template <class Read>
 auto read_as(FileKind wanted, const std::filesystem::path& file, const Read& read) {
   try {

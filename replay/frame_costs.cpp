@@ -15,7 +15,7 @@ namespace {
 using nlohmann::json;
 using timing::DrawableShare;
 
-// The first kMaxRows, and what all others have together.
+// The first kMaxRows, and the sum of all others.
 NamedShares with_others(NamedShares shares) {
   if (shares.size() <= FrameCosts::kMaxRows) return shares;
   DrawableShare others;

@@ -20,12 +20,12 @@ struct DrawableName {
   auto operator<=>(const DrawableName&) const = default;
 };
 
-// Names of drawables by their number: "drawables" of a record's head (gpu/record_file.h), which may say anything.
+// Names of drawables by their number: "drawables" of a record's head (gpu/record_file.h), which is not trusted.
 class DrawableNames {
  public:
   explicit DrawableNames(const nlohmann::json& head);
 
-  // `drawable`: SubPatchItem::drawable. Empty words for 0, which is none.
+  // `drawable`: SubPatchItem::drawable. The names are empty for 0, which stands for no drawable.
   DrawableName of(std::uint32_t drawable) const;
 
  private:
@@ -37,23 +37,23 @@ class DrawableNames {
   std::vector<Row> rows_;
 };
 
-// Shares of drawables added up by name; those with most cycles first.
+// Shares of drawables summed by name, the ones with most cycles first.
 using NamedShares = std::vector<std::pair<DrawableName, timing::DrawableShare>>;
 NamedShares sum_shares(const std::map<std::uint32_t, timing::DrawableShare>& shares, const DrawableNames& names,
                        bool by_node);
-// {"node" (by_node), "material", "invocations", "tests", "requested_lines", "dram_bytes", "cycles", "energy_nj"}, row by
-// row.
+// One object per row: {"node" (by_node), "material", "invocations", "tests", "requested_lines", "dram_bytes", "cycles",
+// "energy_nj"}.
 nlohmann::json share_rows(const NamedShares& shares, bool by_node);
 
-// What a frame's drawables, materials and tiles cost, for the folder of a replay.
+// Costs of a frame's drawables, materials and tiles, for the folder of a replay.
 //
-//   stats.json       "drawables", "materials": share_rows(); the kMaxRows with most cycles, then one of all others with the
-//                    names kOthers. What none asked for has the names "".
+//   stats.json       "drawables", "materials": share_rows(): the kMaxRows with most cycles, then one row for all others,
+//                    whose names are kOthers. Work that no drawable asked for has the names "".
 //   tiles_NNNN.json  "costs": {"cycles": [...], "energy_nj": [...], "dram": {purpose: [...]}, "bound_by": [...], "saves":
-//                    [...]}: tile by tile; bound_by holds indices into "bounds", -1 of a tile that hangs on nothing;
-//                    neither they nor "saves" are there where bounds are not known (gpu::CostAttribution).
+//                    [...]}: tile by tile; bound_by holds indices into "bounds", or -1 for a tile that nothing bounds;
+//                    "bounds", "bound_by" and "saves" are missing where bounds are not known (gpu::CostAttribution).
 //                    "lists": tile by tile [row, sub-patches, invocations, row, ...], `row` of the frame's "drawables"; at
-//                    most kMaxInList drawables, those with most invocations first; "unlisted": how many others.
+//                    most kMaxInList drawables, the ones with most invocations first; "unlisted": number of the others.
 class FrameCosts {
  public:
   static constexpr std::size_t kMaxRows = 256, kMaxInList = 32;
@@ -63,9 +63,9 @@ class FrameCosts {
 
   const nlohmann::json& drawables() const { return drawables_; }
   const nlohmann::json& materials() const { return materials_; }
-  // Members of tiles_NNNN.json, a line each.
+  // Members of tiles_NNNN.json, one line each.
   std::string tile_members() const;
-  // Row of drawables() that a drawable is in; none where it has no share of the frame. `drawable`: its number in
+  // Row of drawables() that holds a drawable; none where it has no share of the frame. `drawable`: its number in
   // scene::Assembly, plus one.
   std::optional<std::size_t> row_of(std::uint32_t drawable) const;
 
@@ -74,7 +74,7 @@ class FrameCosts {
 
   const gpu::CostAttribution& shares_;
   nlohmann::json drawables_, materials_;
-  std::map<std::uint32_t, std::size_t> rows_;  // of drawables_, by number
+  std::map<std::uint32_t, std::size_t> rows_;  // number of a drawable -> row of drawables_
 };
 
 }  // namespace tessera::replay

@@ -33,7 +33,7 @@ FrameWriter::~FrameWriter() {
   try {
     writing_.wait();
   } catch (const std::exception&) {
-    // Whoever did not ask for it with finish() is on the way out for another reason.
+    // A caller that does not call finish() is already leaving for another error.
   }
 }
 

@@ -20,13 +20,13 @@ const std::vector<std::string>& auxiliary_layers();
 // "frame_0007"
 std::string frame_name(int frame);
 
-// Those of them that only a frame with desampling has.
+// Whether only frames with desampling have this layer.
 bool is_resolve_layer(const std::string& layer);
 
-// Writes the images of frames, each frame while the next one is rendered: at most one is on its way.
+// Writes the images of frames, each frame while the next one is rendered: at most one frame is being written.
 //   frame_NNNN.exr  linear, half float; auxiliary layers as channels of their own
 //   frame_NNNN.png  exposed, tone mapped, sRGB
-// Each whole or not at all; of a right eye frame_NNNN.right.exr and .png.
+// A right eye has frame_NNNN.right.exr and .png. Each file is written whole or not at all.
 class FrameWriter {
  public:
   struct Settings {
@@ -39,9 +39,9 @@ class FrameWriter {
   FrameWriter(const FrameWriter&) = delete;
   FrameWriter& operator=(const FrameWriter&) = delete;
 
-  // Takes the images. Throws WriteError where those of an earlier frame could not be written.
+  // Takes the images. Throws WriteError if an earlier frame's images could not be written.
   void add(int frame, tilecore::FrameTargets targets, const std::string& view = "");
-  // All of them are on the disk. Throws as add().
+  // Waits until all images are on the disk. Throws as add().
   void finish();
 
  private:
@@ -66,7 +66,7 @@ std::string tile_maps_name(int frame);
 //                "spans": [eight durations of each tile: waits for data, visibility, waits for a unit, for data, shading,
 //                waits for a unit, for data, store],
 //                "bytes": {source: [by window]}, "busy": {unit: [percent, by window]}, "list_bytes": [most, by window]}
-// Sources, units and windows that hold nothing are left out.
+// Sources, units and windows without values are left out.
 std::string timeline_member(const gpu::FrameTimeline& timeline);
 
 }  // namespace tessera::replay

@@ -6,7 +6,7 @@
 
 namespace tessera::replay {
 
-// The files that a command reads, so that none of its results replaces one of them. Files are told apart by device and
+// The files that a command reads, so that none of its results replaces one of them. Files are identified by device and
 // inode: links, `..` and other spellings of a path lead to the same file.
 //
 // Invariants (cited by the tests):
@@ -20,7 +20,7 @@ class InputFiles {
   // A glTF file and the buffers, images and environments that it names.
   void add_capture(const std::filesystem::path& file) { captures_.push_back(file); }
 
-  // Throws UsageError when `target` is one of the files. Captures are opened only where something is in the way.
+  // Throws UsageError when `target` is one of the files. Captures are opened only where `target` exists.
   void check(const std::filesystem::path& target) const;
   // The same for the results in a folder; `names` as check_output_folder() takes them (base/output_file.h).
   void check_folder(const std::filesystem::path& folder, const std::vector<std::string>& names) const;
@@ -28,12 +28,12 @@ class InputFiles {
  private:
   struct File {
     std::filesystem::path path;
-    bool named;  // by an input
+    bool named;  // an input names this file
   };
   void find_named() const;
 
   mutable std::vector<File> files_;
-  mutable std::vector<std::filesystem::path> captures_;  // whose names are not among the files yet
+  mutable std::vector<std::filesystem::path> captures_;  // captures whose named files are not yet in files_
 };
 
 }  // namespace tessera::replay

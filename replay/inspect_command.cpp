@@ -170,7 +170,7 @@ const char* type_name(shaders::Light::Type type) {
   return "";
 }
 
-// The most maps that one node of a light has: of a cube only those faces are drawn that receivers touch.
+// The most maps that one node of a light has; a cube draws only the faces that receivers touch.
 int max_maps(const Capture& capture, const scene::ShadowRequest& shadow) {
   const shaders::Light& light = capture.lights[static_cast<std::size_t>(shadow.light)];
   if (light.type == shaders::Light::Type::kDirectional) return shadow.cascades;
@@ -267,7 +267,7 @@ json view_json(const Capture& capture, bool whole) {
   return out;
 }
 
-// Those that the file says it uses and those that it has, once each.
+// The extensions that the file lists and the ones that it contains, once each.
 json extensions_json(const Capture& capture) {
   const std::set<std::string> unread(capture.extensions_unread.begin(), capture.extensions_unread.end());
   std::set<std::string> all = unread;
@@ -460,7 +460,7 @@ void print_table(const json& j) {
   for (const json& notice : j["notices"]) fmt::print("  note        {}\n", notice.get<std::string>());
 }
 
-// Whether it is the folder or the statistics of a replay, rather than a capture.
+// Whether a path is the folder or the statistics of a replay, rather than a capture.
 bool names_run(const std::filesystem::path& path) {
   std::error_code ignored;
   const FileKind kind = kind_of(path);
@@ -496,11 +496,10 @@ class InspectCommand final : public Command {
     add_view_options(app, view_, kViewGroup);
     add_shutter_option(app, view_.shutter, kViewGroup);
     app.footer(
-        "Given the folder of a replay, or its stats.json, says the time, the bound, the traffic, the energy and the "
-        "power of "
-        "its frames.\n"
-        "Lists what --scene, --camera and --animation of a replay choose from, each with its number; with those "
-        "options, what is drawn then.");
+        "Given the folder of a replay, or its stats.json, prints time, bound, traffic, energy and "
+        "power of its frames.\n"
+        "Lists the scenes, cameras and animations for --scene, --camera and --animation of a replay, "
+        "each with its number; with these options, describes the drawn part.");
   }
   void run() override {
     if (names_run(capture_)) {

@@ -53,7 +53,7 @@ struct LeaveOneOut::Part {
   Primitives primitives{};
   const EffectCase* effect = nullptr;
 
-  // Those with most cycles, without what belongs to none.
+  // The parts with most cycles, without the work of no part.
   static std::vector<Part> of_shares(const gpu::CostAttribution& shares, bool by_node, const Wanted& wanted,
                                      const scene::Assembly& assembly, const DrawableNames& names) {
     std::vector<Part> out;

@@ -30,34 +30,34 @@ class LeaveOneOut {
     gpu::FrameEffects effects;
   };
 
-  // Parts that are left out in turn: so many drawables and materials, those with most cycles first, and of effects all that
-  // ran; or drawables alone, or one of them.
+  // Parts to leave out in turn: up to `most` drawables and `most` materials, the ones with most cycles first, and all
+  // effects that ran; or drawables alone, or a single drawable.
   struct Wanted {
     std::size_t most = std::numeric_limits<std::size_t>::max();
     bool drawables_only = false;
     std::optional<DrawableName> only{};
   };
-  // Follows a measurement; any of them may be empty.
+  // Callbacks that follow a measurement; any of them may be empty.
   struct Watch {
     std::function<bool()> stop{};                 // asked before each part; true ends the measurement
     std::function<void(gpu::Device*)> renders{};  // the device that renders, which may be abandoned; then nullptr
-    // What was measured so far, of how many parts, and the names of the last.
+    // Results so far, numbers of measured parts and of all parts, and the names of the last part.
     std::function<void(const nlohmann::json& so_far, std::size_t done, std::size_t all, const nlohmann::json& last)>
         measured{};
   };
 
-  // `prepare` is called with each device before it renders the frame, to give it the frames before.
+  // `prepare` is called with each device before it renders the frame, to render the previous frames.
   LeaveOneOut(const scene::Capture& capture, gpu::GpuConfiguration gpu, gpu::RunSettings settings,
               gpu::RenderRequest request, Wanted wanted, std::function<void(gpu::Device&)> prepare);
 
-  // A frame's member "without": {"drawables": [{"node", "material", "cycles", "energy_nj", "dram_bytes"}],
-  // "materials": [{"material", ...}], "effects": [{"effect", ...}]}: what the frame takes without the part, in the order of
-  // the cycles that the frame saves, most first. A kind that is not wanted is not there. Throws gpu::Abandoned where the
-  // device in hand is.
+  // Returns a frame's member "without": {"drawables": [{"node", "material", "cycles", "energy_nj", "dram_bytes"}],
+  // "materials": [{"material", ...}], "effects": [{"effect", ...}]}. The figures are costs of the frame without the
+  // part; rows are sorted by the cycles that the frame saves, most first. Kinds that are not wanted are missing. Throws
+  // gpu::Abandoned if the current device was abandoned.
   nlohmann::json measure(const MeasuredFrame& frame, const scene::Assembly& assembly, const DrawableNames& names,
                          const Watch& watch) const;
 
-  // One effect alone, an EffectCase that is not of the scene's surroundings.
+  // Whether an effect can be left out alone: it is an EffectCase outside of the scene's surroundings.
   static bool can_leave_out(const std::string& effect);
 
  private:
@@ -75,14 +75,14 @@ class LeaveOneOut {
   std::function<void(gpu::Device&)> prepare_;
 };
 
-// What --without says: a number of parts, or all. Throws UsageError.
+// Parses the value of --without: a number of parts, or "all". Throws UsageError.
 std::size_t parse_left_out(const std::string& text);
 
-// Says on standard error which part was left out last, and ends where a signal asks for it.
+// Prints each measured part on standard error, and ends the measurement on a signal.
 LeaveOneOut::Watch watch_on_terminal(bool quiet);
 
-// A table for people: each part's share of the frame's cycles beside what the frame saves without it. `frame`: a frame of
-// stats.json with the member "without".
+// A table for people: each part's share of the frame's cycles, and the cycles that the frame saves without it. `frame`:
+// a frame of stats.json with the member "without".
 std::string left_out_table(const nlohmann::json& frame);
 
 }  // namespace tessera::replay

@@ -17,7 +17,7 @@ json unit_json(double busy, double cycles) {
   return {{"busy_cycles", whole(busy)}, {"utilisation", cycles > 0 ? busy / cycles : 0.0}};
 }
 
-// In the order of their names, as JSON objects have them.
+// Sorted by name, as members of JSON objects are.
 std::vector<std::string> unit_names() {
   const json units = timing_json({})["units"];
   std::vector<std::string> names;

@@ -4,13 +4,13 @@ int main(int argc, char** argv) {
   using namespace tessera::replay;
   static constexpr CommandEntry kCommands[] = {
       {"replay", "Render frames of a capture and measure them", make_replay_command},
-      {"view", "Change settings of a frame and see what becomes of it, in a browser", make_view_command},
+      {"view", "Change the settings of a frame in a browser and see the result", make_view_command},
       {"time", "Time a recorded replay again on another machine", make_time_command},
-      {"inspect", "Say what is in a capture", make_inspect_command},
+      {"inspect", "Describe the contents of a capture", make_inspect_command},
       {"pack", "Compress a glTF asset and attach capture settings", make_pack_command},
       {"compare", "Why one replay is slower than another; differences of images", make_compare_command},
       {"sweep", "Render every point of a design space and measure it", make_sweep_command},
-      {"tradeoff", "What accuracy costs: error of every setting beside its time, cycles, traffic and energy",
+      {"tradeoff", "Measure the cost of accuracy: error, time, cycles, traffic and energy of every setting",
        make_tradeoff_command},
       {"report", "One page about a replay, a sweep or a tradeoff", make_report_command},
       {"dram", "Play a memory trace to a model of external memory", make_dram_command},

@@ -61,8 +61,9 @@ std::string manual_page(const CLI::App& program) {
   text += ".SH SYNOPSIS\n.B tessera\n.I COMMAND\n[OPTIONS] ARGUMENTS\n";
   text += ".SH DESCRIPTION\n" +
           roff(
-              "Replays captures, any glTF 2.0 asset, and gives for every frame the image that such a GPU would show, "
-              "and what it costs: work of each unit, memory traffic, cycles and what bounds them, energy.") +
+              "Replays captures, any glTF 2.0 asset, and gives for every frame the image that such a GPU "
+              "would show, and its costs: work of each unit, memory traffic, cycles and their bound, "
+              "energy.") +
           "\n";
   text += ".SH COMMANDS\n";
   for (const CLI::App* command : program.get_subcommands([](const CLI::App*) { return true; })) {

@@ -137,7 +137,7 @@ class PackCommand final : public Command {
     if (options_.focus_distance) check_number("--focus", *options_.focus_distance, 0, kLargest, true);
     options_.view.check();
     if (options_.view.lens && (options_.aperture_radius || options_.focus_distance))
-      throw UsageError("--lens is one camera's, --aperture and --focus are those of every camera: give one of them");
+      throw UsageError("--lens sets one camera, --aperture and --focus set every camera: give one of them");
     read_surface_options();
     if (meshopt_ || options_.geometry) read_meshopt_bits();
     if (webp_option_->count() > 0) read_webp_quality();

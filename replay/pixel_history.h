@@ -12,23 +12,23 @@
 
 namespace tessera::replay {
 
-// What each pixel of an image shows, for reports that are asked for one. Pixels go row by row from the top left of the
-// region, in runs of one value; the lengths of a list of runs add up to the pixels of the region.
+// Visible surfaces of each pixel of an image, for reports about single pixels. Pixels go row by row from the top left
+// of the region, in runs of one value; the lengths of a list of runs add up to the pixels of the region.
 class PixelHistory {
  public:
   // Empty where the images have no ids (tilecore::FrameTargets::ids).
   PixelHistory(const tilecore::FrameTargets& images, const scene::Assembly& assembly);
 
-  // A member of tiles_NNNN.json, with a comma behind it; no text of an empty history.
+  // A member of tiles_NNNN.json, followed by a comma; an empty text for an empty history.
   //   "pixels": {"region": [x, y, width, height],
-  //     "sub_patches": {"row": [...], "patch": [...], "cells": [...]}: in the order in which pixels show them first; `row`
-  //       is that of the frame's "drawables", -1 of none of them; `patch` the base patch's number in its drawable; `cells`
-  //       four numbers each: i0, j0, i1, j1, cells of the base patch's grid; zeros where a procedure draws.
-  //     "seen": RUNS of sub-patches that the first sample of a pixel sees, plus one; 0: nothing opaque.
-  //     "samples": RUNS of how many samples of the pixel see the same base patch.
+  //     "sub_patches": {"row": [...], "patch": [...], "cells": [...]}: in the order in which pixels first show them; `row`
+  //       indexes the frame's "drawables", -1 for none of them; `patch` is the base patch's number in its drawable; `cells`
+  //       has four numbers each: i0, j0, i1, j1, cells of the base patch's grid; zeros where a procedure draws.
+  //     "seen": RUNS of the sub-patch at the first sample of a pixel, plus one; 0: nothing opaque.
+  //     "samples": RUNS of the number of samples of the pixel that see the same base patch.
   //     "invocations": RUNS of invocations of the pixel shader.
-  //     "layers": RUNS of blended surfaces in front of the first sample.
-  //     "nearest_layer": RUNS of the row of the nearest of them, plus one; 0: none.}
+  //     "layers": RUNS of the number of blended surfaces in front of the first sample.
+  //     "nearest_layer": RUNS of the row of the nearest of these surfaces, plus one; 0: none.}
   //   RUNS: {"lengths": [...], "values": [...]}
   std::string member(const FrameCosts& costs) const;
 
@@ -38,7 +38,8 @@ class PixelHistory {
     void add(std::uint32_t value);
   };
   struct SubPatch {
-    std::uint32_t drawable, patch;  // its number in the assembly plus one; the patch's in the drawable
+    std::uint32_t drawable,
+        patch;  // the drawable's number in the assembly plus one; the patch's number in the drawable
     scene::CellRange range;
   };
   class Numbers;

@@ -6,8 +6,8 @@
 
 namespace tessera::replay {
 
-// Results of an output folder that are named by what they follow from: FOLDER/points/HASH.json. A file is written last
-// and whole, so what is there is complete and not computed again.
+// Results of an output folder that are named by a hash of their inputs: FOLDER/points/HASH.json. A file is written last
+// and whole, so an existing file is complete and is not computed again.
 class PointFiles {
  public:
   explicit PointFiles(std::filesystem::path folder) : folder_(std::move(folder) / "points") {}

@@ -13,11 +13,11 @@
 
 namespace tessera::replay {
 
-// How far a step is.
+// Progress of a step.
 struct StepProgress {
   std::string text;
   double share = 0;                    // of the step, 0 to 1
-  std::optional<double> seconds_left;  // of all steps, where the work knows better than the shares of steps do
+  std::optional<double> seconds_left;  // of all steps, if the work can estimate it better than the shares of the steps
 
   StepProgress(std::string said, double part = 0, std::optional<double> left = {})
       : text(std::move(said)), share(part), seconds_left(left) {}
@@ -27,26 +27,27 @@ struct StepProgress {
 // otherwise, nothing when quiet.
 class Progress {
  public:
-  // Steps that are alike. `inside` says how far the step in hand is. It is asked when that takes more than a second, on another thread: twice
-  // a second on a terminal, else then and every ten seconds; and after each step, for the time left.
+  // Equal steps. `inside` returns the progress of the current step. Another thread calls it when a step takes more than
+  // a second: twice a second on a terminal, otherwise once and then every ten seconds; it is also called after each
+  // step, for the time left.
   Progress(std::size_t total, bool quiet, std::function<StepProgress()> inside = {});
-  // Steps of which each takes as long as its share of the sum of `works`, none of them negative, says.
+  // Steps whose durations are proportional to `works`, none of which is negative.
   Progress(const std::vector<double>& works, bool quiet, std::function<StepProgress()> inside = {});
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  // `done` steps are finished; `note` says what the last one was.
+  // `done` steps are finished; `note` describes the last one.
   void update(std::size_t done, const std::string& note);
 
  private:
   using Clock = std::chrono::steady_clock;
   void watch();
-  // With mutex_ held.
+  // Call with mutex_ held.
   void show(const std::string& note, double share, std::optional<double> seconds_left);
 
   std::size_t total_, done_ = 0;
-  std::vector<double> work_before_;  // each step; the last is the sum
+  std::vector<double> work_before_;  // sum of the works before each step; the last is the sum of all
   bool quiet_, terminal_;
   bool line_open_ = false, finished_ = false;
   std::function<StepProgress()> inside_;
@@ -56,8 +57,8 @@ class Progress {
   std::thread watcher_;  // none without `inside`
 };
 
-// Work without steps of its own, while it lives: nothing for a second, then on a terminal a line with the time so far,
-// which goes when the work is done, otherwise one plain line; nothing when quiet.
+// Reports work without steps of its own while the object lives. On a terminal a line with the elapsed time appears
+// after a second and is erased at the end; elsewhere one plain line appears after a second; nothing when quiet.
 class LongStep {
  public:
   LongStep(std::string what, bool quiet);
@@ -67,7 +68,7 @@ class LongStep {
 
   double seconds() const;
 
-  // For commands without --quiet: said on terminals only.
+  // For commands without --quiet: quiet unless standard error is a terminal.
   static bool quiet_without_terminal();
 
  private:
@@ -80,7 +81,8 @@ class LongStep {
   std::thread watcher_;  // none when quiet
 };
 
-// Turns SIGINT and SIGTERM into a request that long work looks at between its steps. A second signal ends at once.
+// Turns SIGINT and SIGTERM into a request that long work checks between its steps. A second signal ends the program at
+// once.
 void install_stop_handler();
 bool stop_requested();
 

@@ -48,7 +48,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// How far the frames in hand are. A second pass and partial renders go through tiles again.
+// Progress of the current frames. A second pass and partial renders visit tiles again.
 StepProgress tiles_done(std::span<gpu::Device* const> devices) {
   std::size_t done = 0, tiles = 0;
   for (const gpu::Device* device : devices) done += device->progress().done(), tiles += device->progress().tiles();
@@ -83,16 +83,16 @@ class ReplayCommand final : public Command {
         ->type_name("N");
     app.add_option("--history", history_, "Go on from the history that a replay left of the frame before the first one")
         ->type_name("FILE");
-    app.add_option("--save-history", save_history_, "Write what the last frame leaves to the next")->type_name("FILE");
+    app.add_option("--save-history", save_history_, "Write the history that the last frame leaves")->type_name("FILE");
     add_memory_option(app, max_memory_gib_);
     add_strict_flag(app, strict_);
     add_variant_option(app, variant_);
     add_view_options(app, view_, kViewGroup);
     add_shutter_option(app, view_.shutter, kViewGroup);
-    app.add_option(
-           "--trace", trace_,
-           "Write when each unit did what, for Perfetto, with the render stages of each pass (Binning, LoadColor, "
-           "LoadDepth, Render, StoreColor, StoreDepth): JSON, or protobuf where FILE ends in .pftrace")
+    app.add_option("--trace", trace_,
+                   "Write the activity of each unit over time, for Perfetto, with the render stages of each "
+                   "pass (Binning, LoadColor, LoadDepth, Render, StoreColor, StoreDepth): JSON, or protobuf "
+                   "where FILE ends in .pftrace")
         ->type_name("FILE");
     app.add_option("--trace-frames", trace_frames_,
                    "Frames that --trace and --dram-trace hold, B not included (default: all)")
@@ -107,39 +107,44 @@ class ReplayCommand final : public Command {
            "2's LoadStoreTrace does, without time")
         ->type_name("FILE");
     app.add_option("--record", record_,
-                   "Write what the units did in each frame, to be timed on other machines: tessera time FILE")
+                   "Write a record of the units' work in each frame, to be timed on other machines: tessera "
+                   "time FILE")
         ->type_name("FILE");
     app.add_option("--dram-clock", dram_clock_mhz_,
-                   "Clock that --dram-trace counts cycles of, in MHz (default: that of memory.type)")
+                   "Clock of the cycles in --dram-trace, in MHz (default: the clock of memory.type)")
         ->type_name("MHZ");
     app.add_option("--dram-transaction", dram_transaction_,
                    "Bytes that a line of --dram-trace moves: a power of two from a burst to 1024 (default: a burst of "
                    "the memory)")
         ->type_name("BYTES");
     app.add_flag("--baselines", baselines_,
-                 "Run other ways to bin the same frames as well and say who wins what by how much: patches whole, "
-                 "triangles with vertices, positions or references, no bins at all");
-    app.add_flag(
-        "--sensitivity", sensitivity_,
-        "Time the first frame again with each number that timing reads at both ends of what it may be, and say "
-        "what hangs on it; in stats.json as well");
+                 "Run other ways to bin the same frames as well and report which one wins by how much: "
+                 "patches whole, triangles with vertices, positions or references, no bins at all");
+    app.add_flag("--sensitivity", sensitivity_,
+                 "Time the first frame again with each number that timing reads at both ends of its plausible "
+                 "range, and report its influence; in stats.json as well");
     app.add_option("--without", without_,
-                   "Render and time the first frame again without each drawable, material and effect, the N with most "
-                   "cycles of each kind or all; says what the frame saves, in stats.json and report.html as well")
+                   "Render and time the first frame again without each drawable, material and effect, the N "
+                   "with most cycles of each kind or all; reports the savings, in stats.json and report.html as "
+                   "well")
         ->type_name("N|all");
     app.add_flag("--no-report", no_report_, "Do not write report.html");
     app.add_flag("--quiet", quiet_, "No progress, no summary");
     app.footer(
-        "Writes frame_NNNN.exr (linear light), frame_NNNN.png, tiles_NNNN.json (work of each tile), stats.json and\n"
+        "Writes frame_NNNN.exr (linear light), frame_NNNN.png, tiles_NNNN.json (work of each tile), "
+        "stats.json and\n"
         "stats.csv (one row per frame), report.html (all of it on one page; needs Vega 5);\n"
         "with --baselines also baselines.csv (one row per frame and scheme).\n"
-        "--trace, --dram-trace, --record and --save-history write a FIFO, a device or /dev/fd/N through as bytes come; "
-        "a file\n"
+        "--trace, --dram-trace, --record and --save-history write a FIFO, a device or /dev/fd/N "
+        "through as bytes come; a file\n"
         "appears whole, in a folder that must be there.\n"
-        "Ctrl-C finishes the frame in hand and writes the statistics of what was done; so does a full disk.\n\n"
+        "Ctrl-C finishes the current frame and writes the statistics of the finished frames; so does "
+        "a full disk.\n"
+        "\n"
         "Examples:\n"
         "  tessera replay captures/eggs.glb --out out\n"
-        "  tessera replay model.gltf --frames 0:48 --size 640x360 --spp 16 --set tile.width=16 --set tile.height=16");
+        "  tessera replay model.gltf --frames 0:48 --size 640x360 --spp 16 --set tile.width=16 --set "
+        "tile.height=16");
   }
 
   void run() override {
@@ -248,20 +253,20 @@ class ReplayCommand final : public Command {
  private:
   class NamedFiles;
 
-  // What is kept of the first frame, to time it again.
+  // Data of the first frame that is kept to time it again.
   struct FirstFrame {
     std::vector<timing::FrameWork> views;             // with --sensitivity
     std::optional<LeaveOneOut::MeasuredFrame> parts;  // with --without
   };
 
-  // What tiles and drawables of a frame are told by.
+  // Sources for the costs of a frame's tiles and drawables.
   struct CostSources {
     const gpu::GpuConfiguration& gpu;
     const DrawableNames& names;
   };
 
-  // Renders frames and writes what is written of each, until the last or a signal. Statistics of a frame have room on the
-  // disk before its images are written. Throws WriteError.
+  // Renders frames and writes each frame's files, until the last frame or a signal. Space for a frame's statistics is
+  // reserved before its images are written. Throws WriteError.
   void render_frames(const std::vector<gpu::Device*>& devices, FrameRange range, FrameWriter::Settings writer,
                      const baselines::BaselineObserver* schemes, const CostSources& sources, NamedFiles& files,
                      Statistics& statistics, FirstFrame& first, ReservedSpace& room) const {
@@ -294,7 +299,8 @@ class ReplayCommand final : public Command {
     images.finish();
   }
 
-  // Something could not be written: the statistics are what can still be saved. Throws WriteError that says all of it.
+  // After a failed write, saves the statistics, the last result that can be saved. Throws WriteError that reports all
+  // of it.
   [[noreturn]] void save_what_was_done(Statistics& statistics, FrameRange range, const WriteError& error) const {
     const std::size_t done = statistics.frame_count();
     if (done == 0) throw error;
@@ -309,7 +315,7 @@ class ReplayCommand final : public Command {
         range.last - range.first, escape_control((fs::path(out_) / "stats.json").string())));
   }
 
-  // Where results are said: not where another result is written.
+  // Stream for texts about results: not one into which another result is written.
   std::FILE* words() const { return beside_outputs({trace_, dram_trace_, record_, save_history_}); }
 
   void say_results(const Statistics& statistics) const {
@@ -324,7 +330,7 @@ class ReplayCommand final : public Command {
                                                       statistics.frame_count() == 1 ? "" : "s")));
   }
 
-  // What the frame before the first one leaves to it, with --history.
+  // The history that the frame before the first one left, with --history.
   std::optional<tilecore::History> earlier_history(std::uint64_t max_bytes) const {
     // Colour, depth and surface of a pixel, and the blocks of a region of one.
     constexpr std::uint64_t kHistoryBytesPerPixel = 26;
@@ -421,7 +427,8 @@ class ReplayCommand final : public Command {
       if (!command.dram_trace_.empty()) {
         if (!gpu.has_banks())
           throw UsageError(
-              "--dram-trace needs machine.timing=events and memory.model=banks: it holds what their channels take");
+              "--dram-trace needs machine.timing=events and memory.model=banks: it holds the commands of "
+              "their channels");
         const memory::DramSpec memory = hardware::external_memory(gpu);
         dram_.emplace(command.dram_trace_, command.dram_units(memory), memory);
         dram_clocks_per_cycle_ = memory.clock_mhz() / gpu.clock_mhz;
@@ -536,7 +543,7 @@ class ReplayCommand final : public Command {
     return true;
   }
 
-  // Frames that the shutter opens on after the last key of what plays show how it ends, one like the other.
+  // A note about frames after the last key of the played animations, which are all equal.
   static std::string note_of_still_frames(const scene::Capture& capture, FrameRange range) {
     const double end = scene::played_seconds(capture);
     if (end <= 0) return "";

@@ -21,14 +21,16 @@ class ReportCommand final : public Command {
  public:
   explicit ReportCommand(CLI::App& app) {
     app.add_option("DIR", folders_,
-                   "What `tessera replay`, `tessera sweep` or `tessera tradeoff` wrote; or several replays")
+                   "Folder of `tessera replay`, `tessera sweep` or `tessera tradeoff`; or folders of several "
+                   "replays")
         ->required()
         ->type_name("DIR");
     app.footer(
-        "Writes DIR/report.html: one file with images, maps, plots, tables and the configuration; it needs no "
-        "network.\n"
-        "Of several replays: the first one's compare.html, a page over all of them, side by side.\n"
-        "For a sweep it joins what all shards have done so far and writes DIR/sweep.csv as well.");
+        "Writes DIR/report.html: one file with images, maps, plots, tables and the configuration; it "
+        "needs no network.\n"
+        "For several replays it writes compare.html into the first folder, a page that compares all "
+        "of them.\n"
+        "For a sweep it joins the results of all shards so far and writes DIR/sweep.csv as well.");
   }
 
   void run() override {

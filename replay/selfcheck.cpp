@@ -23,7 +23,7 @@ using baselines::SchemeId;
 
 // ---- Memory -------------------------------------------------------------------------------------------------------
 
-// GB/s of reads one behind the other, as many under way as the queues take.
+// GB/s of consecutive reads, with as many in flight as the queues hold.
 double stream_rate(const memory::DramSpec& spec) {
   constexpr std::uint64_t kTransactions = 1 << 16;
   memory::DramBanks dram(spec);
@@ -216,8 +216,7 @@ std::vector<SelfCheck> check_memory_rates() {
   for (const auto& [type, published] :
        {std::pair{"lpddr4x-4266", 34.1}, {"lpddr5-6400", 51.2}, {"lpddr5x-8533", 68.3}}) {
     const double rate = stream_rate(memory::dram_spec(type));
-    checks.push_back({fmt::format("reads one behind the other, {}", type),
-                      "memory.model=banks, four channels of 16 bits",
+    checks.push_back({fmt::format("consecutive reads, {}", type), "memory.model=banks, four channels of 16 bits",
                       fmt::format("{} GB/s, less 10 % at most", published), fmt::format("{:.1f} GB/s", rate),
                       rate >= 0.9 * published && rate <= published * 1.001, "",
                       "the data rate of JEDEC's standard times 64 pins; refresh and rows take some"});

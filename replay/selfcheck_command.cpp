@@ -22,8 +22,8 @@ class SelfCheckCommand final : public Command {
  public:
   explicit SelfCheckCommand(CLI::App& app) {
     app.add_option("CAPTURE", captures_,
-                   "Captures on which machines are compared (default: those in the folder "
-                   "captures, if it is there)")
+                   "Captures on which machines are compared (default: the files of the folder captures, if it "
+                   "exists)")
         ->type_name("FILE");
     app.add_flag("--json", json_, "As JSON");
     add_strict_flag(app, strict_);
@@ -33,12 +33,12 @@ class SelfCheckCommand final : public Command {
         ->type_name("DIR")
         ->needs(stability);
     app.footer(
-        "Published figures, measured again at the condition that they were published for. A figure that does not hold "
-        "is "
-        "shown\n"
-        "as NO. Exit status 1 when the reason of one is not known; those whose reason stands beside them (and in\n"
-        "docs/validation.md) do not count. With --stability: 1 when a hard case (docs/stability.md) is beyond its "
-        "bound.");
+        "Published figures, measured again under their published conditions. A figure that does not "
+        "hold is shown\n"
+        "as NO. Exit status 1 when the reason of such a figure is not known; figures with a reason "
+        "beside them (and in\n"
+        "docs/validation.md) do not count. With --stability: 1 when a hard case (docs/hard_cases.md) "
+        "is beyond its bound.");
   }
 
   void run() override {

@@ -24,7 +24,7 @@ bool has_number(const KeyValue& value) {
   return std::holds_alternative<double>(value) || std::holds_alternative<std::int64_t>(value);
 }
 
-// Leaves cycles as they are.
+// Whether a key changes energy or area only, not cycles.
 bool prices_alone(std::string_view key) {
   return key.starts_with("energy.") || key.starts_with("area.") || key.starts_with("voltage.") ||
          key == "memory.pj_per_bit";

@@ -12,38 +12,38 @@
 
 namespace tessera::replay {
 
-// What a frame's cycles, energy and verdict hang on: its record timed again with each number that timing reads at both
-// ends of what it may be (key_ends(), base/key_table.h), one number at a time.
+// Sensitivity of a frame's cycles, energy and verdict: its record is timed again with each number that timing reads at
+// both ends of its plausible range (key_ends(), base/key_table.h), one number at a time.
 
-// Of one number.
+// The influence of one number.
 struct Influence {
   std::string key;
-  bool assumed = false;  // nobody publishes it, in whole or in part
+  bool assumed = false;  // not published, in whole or in part
   double value = 0;
   std::array<double, 2> ends{};              // low, high
-  std::array<double, 2> cycles{}, energy{};  // over those of the machine as it is
-  std::array<std::string, 2> bound_by;       // as before where neither cycles nor energy change by kWorthSaying
+  std::array<double, 2> cycles{}, energy{};  // over the unchanged machine's
+  std::array<std::string, 2> bound_by;       // unchanged where neither cycles nor energy change by kWorthSaying
   static constexpr double kWorthSaying = 0.005;
 
-  double most() const;  // of the four ratios, away from 1
+  double most() const;  // the largest of the four changes of the ratios from 1
 };
 
-// How far all assumed numbers together may move a sum, each within its ends and independent of the others: the roots of
-// the sums of squares of what each takes away and adds.
+// Combined effect of all assumed numbers on a sum, with each number within its ends and independent of the others: the
+// roots of the sums of squares of the individual decreases and increases.
 struct Uncertainty {
   double down = 0, up = 0;  // parts of the sum
 };
 
 struct Sensitivity {
-  std::string bound_by;            // of the machine as it is
-  std::vector<Influence> numbers;  // those with the most influence first
+  std::string bound_by;            // bound of the unchanged machine
+  std::vector<Influence> numbers;  // sorted by influence, the largest first
   Uncertainty cycles, energy;
 
-  // Assumed numbers with which something else bounds the frame.
+  // Assumed numbers that change which unit bounds the frame.
   std::vector<std::string> verdict_hangs_on() const;
 };
 
-// Of a frame's views, on caches that are empty.
+// Measures the views of a frame, beginning with empty caches.
 Sensitivity measure_sensitivity(const gpu::GpuConfiguration& machine, const std::vector<timing::FrameWork>& views);
 
 void print_sensitivity(std::FILE* words, const Sensitivity& sensitivity);

@@ -188,7 +188,7 @@ void Statistics::add(const gpu::FrameResult& frame, const baselines::BaselineSet
 }
 
 std::uint64_t Statistics::bytes_at_most() const {
-  // A frame in stats.json and its row in the CSV files; the whole is written beside what was there before.
+  // A frame's text in stats.json plus its row in the CSV files; the new files are written beside the old ones.
   return (frames_.size() + 2) * (frame_bytes_ + frame_bytes_ / 2) + (std::uint64_t{256} << 10);
 }
 

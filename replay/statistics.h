@@ -23,30 +23,30 @@ class Statistics {
   Statistics(const scene::Capture& capture, const gpu::GpuConfiguration& gpu, const gpu::RunSettings& settings,
              const gpu::RenderRequest& request);
 
-  // Host time in seconds of what comes before the first frame: reading the file, decoding what is in it, and
-  // assembling base patches. They are the member "host" of stats.json.
+  // Host time in seconds before the first frame: reading the file, decoding its contents, and assembling base patches.
+  // They are the member "host" of stats.json.
   void set_host(double load, double decode, double assemble);
 
-  // What is other about the machine than asked for; "" is nothing. They are the member "gpu_notices".
+  // Adds a difference between the machine and the requested one; "" adds nothing. The member "gpu_notices".
   void add_gpu_notice(const std::string& notice);
-  // On the frames; "" is nothing. They are among the notices of the capture.
+  // Adds a notice about the frames to the notices of the capture; "" adds nothing.
   void add_notice(const std::string& notice);
 
-  // How the capture is looked at, ViewChoices::json(): the member "view" of "capture", where anything was chosen.
+  // Sets the view of the capture, ViewChoices::json(): the member "view" of "capture", where anything was chosen.
   void set_view(const nlohmann::json& view) {
     if (!view.empty()) head_["capture"]["view"] = view;
   }
 
-  // The replay ended early, for this reason, when so many frames were wanted: the member "stopped".
+  // Records that the replay ended early, for this reason, when so many frames were wanted: the member "stopped".
   void set_stopped(int wanted, const std::string& why) { head_["stopped"] = {{"wanted_frames", wanted}, {"why", why}}; }
 
-  // What write() takes on the disk, estimated from above.
+  // Upper estimate of the bytes that write() takes on the disk.
   std::uint64_t bytes_at_most() const;
 
-  // Of its first frame (sensitivity_json()): the member "sensitivity".
+  // Sets the sensitivity of the first frame (sensitivity_json()): the member "sensitivity".
   void set_sensitivity(nlohmann::json sensitivity) { head_["sensitivity"] = std::move(sensitivity); }
 
-  // Of its first frame, LeaveOneOut::measure(): the frame's member "without".
+  // Sets the first frame's member "without" (LeaveOneOut::measure()).
   void set_without(nlohmann::json without) { frames_.front()["without"] = std::move(without); }
   const nlohmann::json& first_frame() const { return frames_.front(); }
 
@@ -76,23 +76,24 @@ class Statistics {
   hardware::FrameEnergy energy_;
   nlohmann::json area_;
   double total_seconds_ = 0;
-  std::size_t frame_bytes_ = 0;  // of the longest text of a frame so far, of those looked at
+  std::size_t frame_bytes_ = 0;  // longest text among the measured frames so far
   BaselineReport baselines_;
   bool has_baselines_ = false;
 };
 
-// {"unit.event": value, ...} of everything that was counted, with the ledger's sums.
+// {"unit.event": value, ...} for all counters, and the ledger's sums.
 nlohmann::json counters_json(const gpu::FrameCounters& counters);
 
-// A frame's member of "frames", all but "host": what follows from the inputs.
+// A frame's member of "frames" without "host": the part that depends on the inputs alone.
 nlohmann::json frame_json(const hardware::Machine& gpu, const gpu::FrameResult& frame,
                           const baselines::BaselineSet* schemes = nullptr);
 
 // Every declared counter for people and programs: name, unit, how it adds up, meaning, vendor names.
 nlohmann::json describe_counters();
 
-// What a replay ends with, six lines: time, whether it meets machine.target_fps, what bounds it, traffic, energy, where the results are; each figure of a
-// frame on average. `statistics`: stats.json, of at least one frame; `results`: the last line's text.
+// The last six lines of a replay: time, whether it meets machine.target_fps, its bound, traffic, energy, and the place
+// of the results; figures are means per frame. `statistics`: stats.json, with at least one frame; `results`: the last
+// line's text.
 std::string replay_summary(const nlohmann::json& statistics, const std::string& results);
 
 }  // namespace tessera::replay

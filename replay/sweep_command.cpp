@@ -62,8 +62,8 @@ class SweepCommand final : public Command {
     app.add_option("--shard", shard_, "Render one part of N, counted from 0; `tessera report DIR` joins them")
         ->type_name("I/N");
     app.add_flag("--dry-run", dry_run_,
-                 "Say how many points would be rendered, how many timed from what these leave, and how long it would "
-                 "take, measured on a frame of each capture; write nothing");
+                 "Report how many points would be rendered, how many timed from their records, and how long "
+                 "it would take, measured on a frame of each capture; write nothing");
     add_threads_option(app, threads_);
     app.add_option("--jobs", jobs_, "Most points at once; memory grows with it (default: one per thread)")
         ->type_name("N");
@@ -76,13 +76,16 @@ class SweepCommand final : public Command {
         ->capture_default_str();
     app.add_flag("--quiet", quiet_, "No progress, no summary");
     app.footer(
-        "Writes DIR/sweep.csv, a row per point and frame, and DIR/report.html; with \"split\" in the study also "
-        "DIR/split.csv,\n"
+        "Writes DIR/sweep.csv, a row per point and frame, and DIR/report.html; with \"split\" in the "
+        "study also DIR/split.csv,\n"
         "a row per drawable, material or tile. Results are kept in DIR/points: stopped at any\n"
-        "moment, killed included, the same command goes on where it was. Ctrl-C finishes the points in hand.\n\n"
+        "moment, killed included, the same command goes on where it was. Ctrl-C finishes the current "
+        "points.\n"
+        "\n"
         "Examples:\n"
         "  tessera sweep captures/studies/binning.json --out out/binning\n"
-        "  tessera sweep study.json --out out/study --shard 0/4     one of four machines; see docs/cluster.md\n"
+        "  tessera sweep study.json --out out/study --shard 0/4     one of four machines; see "
+        "docs/studies.md\n"
         "  tessera sweep model.glb --fps 60 --watts 1 --out out/machines     which preset holds it?");
   }
 
@@ -105,7 +108,7 @@ class SweepCommand final : public Command {
     if (!dry_run_) check_results(study);
     repeat_failures_with(fmt::format("tessera sweep {}", study_));
 
-    // From here on Ctrl-C leaves whole results, also while a large study is expanded.
+    // From here on Ctrl-C leaves complete results, even while a large study is expanded.
     install_stop_handler();
     CaptureLibrary library(study.captures, options.max_bytes, options.strict, study.variant, study.view, study.size);
     const SweepFolder folder(out_);
@@ -175,7 +178,7 @@ class SweepCommand final : public Command {
     return run_search(study, program, folder, options, library, write).outcome;
   }
 
-  // What joins the points; a shard leaves it to `tessera report`.
+  // Joins the points and writes the report; a shard leaves that to `tessera report`.
   void finish(const SweepFolder& folder) const {
     const std::string missing = missing_for_reports();
     if (missing.empty()) {
@@ -216,7 +219,7 @@ class SweepCommand final : public Command {
           estimate.seconds, estimate.workers, estimate.render_seconds, estimate.timing_seconds);
   }
 
-  // Those that a goal ranks first, with its columns, and the winner; without a goal the best alone.
+  // Prints the candidates that a goal ranks first, with its columns, and the winner; without a goal only the best.
   static void say_candidates(const JoinedSweep& sweep) {
     constexpr std::size_t kShown = 10;
     const std::vector<Candidate> candidates = rank_candidates(sweep);

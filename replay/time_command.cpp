@@ -31,37 +31,37 @@ using nlohmann::json;
 class TimeCommand final : public Command {
  public:
   explicit TimeCommand(CLI::App& app) {
-    app.add_option("RECORD", record_, "What a replay wrote with --record")->required()->type_name("FILE");
+    app.add_option("RECORD", record_, "A record from `tessera replay --record`")->required()->type_name("FILE");
     app.add_option("--gpu", gpu_,
                    fmt::format("The described machine: {} or a JSON file (default: the record's own)",
                                fmt::join(gpu::preset_names(), ", ")))
         ->type_name("PRESET|FILE");
     app.add_option("--set", sets_,
-                   "Change a number of the machine, to a value or to a multiple of what it is (KEY=x1.3); repeatable")
+                   "Change a number of the machine, to a value or to a multiple of its own (KEY=x1.3); "
+                   "repeatable")
         ->type_name("KEY=VALUE")
         ->allow_extra_args(false);
-    app.add_flag(
-        "--sensitivity", sensitivity_,
-        "Time the first frame again with each number that timing reads at both ends of what it may be, and say what "
-        "hangs on it");
-    app.add_option(
-           "--split", split_,
-           "Split the first frame's cycles, events and energy by drawables, materials or tiles: a table of those "
-           "with most, all of them with --json")
+    app.add_flag("--sensitivity", sensitivity_,
+                 "Time the first frame again with each number that timing reads at both ends of its plausible "
+                 "range, and report its influence");
+    app.add_option("--split", split_,
+                   "Split the first frame's cycles, events and energy by drawables, materials or tiles: a table "
+                   "of the ones with most, all of them with --json")
         ->type_name("drawables|materials|tiles");
     app.add_option("--json", json_, "Write cycles, units and energy of each frame and of all")->type_name("FILE");
     add_threads_option(app, threads_);
     add_memory_option(app, max_memory_gib_, "a frame of the record may take");
     app.footer(
-        "Times the work of a replay again, on a machine that differs in speeds, sizes, memory and energies: in the "
-        "keys\n"
-        "that `tessera describe gpu` calls timing. Others change what the units do, so that the frame must be "
-        "rendered\n"
-        "again; they are refused.\n\n"
+        "Times the work of a replay again, on a machine that differs in speeds, sizes, memory and "
+        "energies: in the keys\n"
+        "that `tessera describe gpu` calls timing. Other keys change the work of the units, so that "
+        "the frame must be rendered\n"
+        "again; they are refused.\n"
+        "\n"
         "Example:\n"
         "  tessera replay captures/eggs.glb --record eggs.record --out out\n"
         "  tessera time eggs.record --set shader.lanes=64 --set clock.mhz=600\n"
-        "  tessera time eggs.record --set memory.type=lpddr5-6400  what half as much bandwidth again would give");
+        "  tessera time eggs.record --set memory.type=lpddr5-6400  half as much bandwidth again");
   }
 
   void run() override {

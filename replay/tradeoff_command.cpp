@@ -31,9 +31,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Where --joint is given without knobs: those that trade most.
+// Knobs of --joint without a value: the ones with the largest trade.
 constexpr const char* kUsualJoint = "samples,edge,shading";
-// What a question is answered by, where no knobs are named.
+// Knobs of a search, where no knobs are named.
 constexpr const char* kSearchedKnobs = "samples,edge,shading,surface";
 
 std::vector<std::string> listed_names(const std::string& text) {
@@ -54,7 +54,7 @@ class TradeoffCommand final : public Command {
  public:
   explicit TradeoffCommand(CLI::App& app) {
     add_capture_argument(app, capture_);
-    app.add_option("--out", out_, "Folder for the results; made when missing. What is there is not computed again")
+    app.add_option("--out", out_, "Folder for the results; made when missing. Existing results are not computed again")
         ->required()
         ->type_name("DIR");
     app.add_option("--size", size_, "Size of the image")->type_name("WxH")->capture_default_str();
@@ -63,11 +63,11 @@ class TradeoffCommand final : public Command {
            "The frame that is compared, counted from 0 (default: the last of a run from the capture's first frame on)")
         ->type_name("N");
     app.add_option("--run", run_,
-                   "Frames of a run with history, for what one frame leaves to the next; the last is compared")
+                   "Frames of a run with history, which one frame leaves to the next; the last frame is compared")
         ->type_name("N")
         ->check(CLI::Range(1, 1000))
         ->capture_default_str();
-    add_machine_options(app, gpu_, sets_, "Change what all settings are varied from; repeatable");
+    add_machine_options(app, gpu_, sets_, "Change the configuration from which all settings are varied; repeatable");
     app.add_option("--knobs", knobs_, fmt::format("Only these knobs: {}", fmt::join(knob_names(), ", ")))
         ->type_name("LIST");
     app.add_option(
@@ -80,10 +80,9 @@ class TradeoffCommand final : public Command {
         ->type_name("N")
         ->check(CLI::Range(1, 1000000))
         ->capture_default_str();
-    app.add_flag(
-        "--effects", effects_,
-        "Instead of knobs: what each effect of the frame costs, and what its absence changes in the image; it is "
-        "left out, and no reference is rendered");
+    app.add_flag("--effects", effects_,
+                 "Instead of knobs: measure the cost of each effect of the frame, and the change of the image "
+                 "without it; each effect is left out in turn, and no reference is rendered");
     app.add_option(
            "--max-flip", max_flip_,
            fmt::format("Find the cheapest setting whose mean FLIP error is at most this: combinations of {}, or "
@@ -91,7 +90,8 @@ class TradeoffCommand final : public Command {
                        kSearchedKnobs))
         ->type_name("X");
     app.add_option("--min-psnr", min_psnr_, "The same for a PSNR of at least this")->type_name("DB");
-    app.add_option("--cost", cost_, fmt::format("What is cheap: {}", fmt::join(kCostNames, ", ")))
+    app.add_option("--cost", cost_,
+                   fmt::format("Cost that --max-flip and --min-psnr minimise: {}", fmt::join(kCostNames, ", ")))
         ->type_name("COST")
         ->capture_default_str();
     app.add_option("--rounds", rounds_,
@@ -109,13 +109,13 @@ class TradeoffCommand final : public Command {
         ->type_name("DB")
         ->capture_default_str();
     app.add_option("--reference-edge", edge_,
-                   "Wanted length of the sides of the reference's cells on screen, in pixels; 0: the machine's own "
-                   "grids, so that errors are those of everything but tessellation")
+                   "Wanted length of the sides of the reference's cells on screen, in pixels; 0: the machine's "
+                   "own grids, so that errors are errors of everything but tessellation")
         ->type_name("PIXELS")
         ->capture_default_str();
     app.add_option("--reference-folder", kept_references_,
-                   "Folder of references that are kept for all programs: read there while scene and shaders are those "
-                   "that they were rendered with, else rendered and written there, in half precision")
+                   "Folder of references that are kept for all programs: read there while scene and shaders are "
+                   "unchanged, else rendered and written there, in half precision")
         ->type_name("DIR");
     add_threads_option(app, threads_);
     add_memory_option(app, max_memory_gib_);
@@ -123,29 +123,33 @@ class TradeoffCommand final : public Command {
     add_variant_option(app, variant_);
     add_view_options(app, view_, kViewGroup);
     add_shutter_option(app, view_.shutter, kViewGroup);
-    app.add_flag("--all", all_, "Show settings that others beat, too, and what each costs in words");
+    app.add_flag("--all", all_, "Also show settings that others beat, and the costs of each in words");
     app.add_flag("--quiet", quiet_, "No progress, no table");
     app.footer(
-        "What accuracy costs: every knob that buys accuracy is turned, one at a time, and each setting's error against "
-        "a converged\n"
-        "reference (PSNR, SSIM, FLIP, largest difference of what a display shows) stands beside its time in ms, "
-        "memory traffic,\n"
-        "energy and the host's time (median and spread of --rounds; CPU is processor time of all threads).\n"
-        "Knobs of timing (timing, memory_model, shader_costs, warps, requests) time one record of the frame by coarser "
-        "models:\n"
-        "cycles and energy against the finest (machine.timing=events, memory.model=banks, shader.costs=compiled), host "
-        "times\n"
+        "Measures the cost of accuracy: varies every knob that buys accuracy, one at a time, and "
+        "shows each setting's error against\n"
+        "a converged reference (PSNR, SSIM, FLIP, largest difference, as a display shows the images) "
+        "beside its time in ms, memory\n"
+        "traffic, energy and the host's time (median and spread of --rounds; CPU is processor time "
+        "of all threads).\n"
+        "Knobs of timing (timing, memory_model, shader_costs, warps, requests) time one record of "
+        "the frame by coarser models:\n"
+        "cycles and energy against the finest (machine.timing=events, memory.model=banks, "
+        "shader.costs=compiled), host times\n"
         "of the timing alone. Registers that warps adds are an idealisation: they take no silicon.\n"
-        "The table shows the settings that no other beats in FLIP and ms, and the one asked for; --all shows all, as "
-        "the files\n"
+        "The table shows the settings that no other beats in FLIP and ms, and the one asked for; "
+        "--all shows all, as the files\n"
         "and the page do.\n"
-        "Writes tradeoff.json, tradeoff.csv and report.html. Killed at any moment, the same command goes on.\n\n"
+        "Writes tradeoff.json, tradeoff.csv and report.html. Killed at any moment, the same command "
+        "goes on.\n"
+        "\n"
         "Examples:\n"
         "  tessera tradeoff captures/eggs.glb --out out/accuracy\n"
-        "  tessera tradeoff captures/eggs.glb --out out/effects --effects       what does each effect of the scene "
-        "cost?\n"
+        "  tessera tradeoff captures/eggs.glb --out out/effects --effects       the cost of each "
+        "effect of the scene\n"
         "  tessera tradeoff captures/eggs.glb --out out/accuracy --joint samples,edge,shading\n"
-        "  tessera tradeoff captures/eggs.glb --out out/accuracy --min-psnr 35   what is the cheapest at 35 dB?");
+        "  tessera tradeoff captures/eggs.glb --out out/accuracy --min-psnr 35   the cheapest "
+        "combination at 35 dB");
   }
 
   void run() override {

@@ -49,8 +49,8 @@ void add_view_options(CLI::App& app, ViewChoices& view, const char* group) {
       ->type_name("DEG[:ELEVATION]")
       ->group(group);
   app.add_option("--lens", view.lens,
-                 "A thin lens of this radius that is sharp at this distance, in scene units (default: the middle of "
-                 "what is drawn); 0 is a pinhole")
+                 "A thin lens of this radius that is sharp at this distance, in scene units (default: the "
+                 "middle of the drawn scene); 0 is a pinhole")
       ->type_name("RADIUS[:FOCUS]")
       ->group(group);
 }

@@ -12,7 +12,7 @@ namespace tessera::scene {
 namespace {
 
 constexpr double kFloatMax = static_cast<double>(std::numeric_limits<float>::max());
-constexpr double kLeast = 1e-6;  // of what must be above zero
+constexpr double kLeast = 1e-6;  // least value of a property that must be above zero
 
 bool is_of_material(AnimatedPath path) {
   return path >= AnimatedPath::kMaterialNumber && path <= AnimatedPath::kTextureScale;
@@ -150,7 +150,7 @@ std::size_t first_number(std::span<const ParameterDeclaration> parameters, std::
   return first;
 }
 
-// Of all pieces; chains hand each its own curve.
+// Sets a parameter of all pieces; a chain gives each piece its own curve.
 void set_shape(const ParameterDeclaration& p, std::size_t first, const std::vector<double>& v, Procedure& out) {
   const std::size_t curves = p.layout == ParameterLayout::kNumbers ? 1 : v.size() / 6,
                     along_u = p.layout == ParameterLayout::kChainU ? curves : out.pieces.size() / curves;
@@ -252,7 +252,7 @@ PosedProcedures pose_procedures(const Capture& capture, double open, double clos
   for (const int node : nodes) {
     auto& of = copies[number(node)];
     for (std::size_t key = 0; key < keys; ++key) bind_programs(*of[key]);
-    // Of texture and shading those of shutter open count.
+    // Texture and shading use the numbers of shutter open.
     const bool same = keys == 1 || same_shape(*of[0], *of[1]);
     posed.keys[number(node)] = {of[0], same ? of[0] : of[1]};
   }

@@ -11,7 +11,7 @@ namespace tessera::scene {
 // Textures of KTX2 images.
 //
 // Invariants (cited by the tests):
-//   BT1  A texture has the file's levels bit by bit; only where that is one are the others made from it.
+//   BT1  A texture has the file's levels bit by bit; the other levels are made only where the file has a single one.
 //   BT2  Its transfer function is the file's, its blocks are the target's.
 //   BT3  Heights are level 0's red channel; their coarser levels are means, which bounds of slopes rely on.
 std::shared_ptr<const shaders::Texture> basis_texture(ktx2::BasisTexture unpacked);

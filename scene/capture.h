@@ -31,7 +31,7 @@ inline constexpr int kNone = -1;
 // ---- Geometry ---------------------------------------------------------------------------------------------------
 
 struct MorphTarget {
-  std::vector<Vec3> positions, normals, tangents;  // differences; empty when the target does not move them
+  std::vector<Vec3> positions, normals, tangents;  // differences; empty when the target moves none of them
 };
 
 // Joints of a vertex, at most 8 (JOINTS_0 and JOINTS_1); weights are renormalised to sum 1.
@@ -45,7 +45,7 @@ struct Vertices {
   std::vector<Vec3> positions;
   std::vector<Vec3> normals;                 // may be empty: flat
   std::vector<Vec4> tangents;                // may be empty; w = handedness
-  std::vector<std::vector<Vec2>> texcoords;  // by set number; one that the file does not have is empty
+  std::vector<std::vector<Vec2>> texcoords;  // by set number; a set that the file lacks is empty
   std::vector<Vec4> colors;                  // may be empty: white
   std::vector<SkinInfluence> influences;     // may be empty: not skinned
   std::vector<MorphTarget> morph_targets;
@@ -60,12 +60,12 @@ struct Primitive {
     kProcedure,      // no vertices: a Procedure's pieces
   };
   // Points and lines are triangles whose vertices are moved apart in the image when they are posed (wires.h). A point
-  // is four vertices where it is; a segment two where it begins and two where it ends.
+  // has four vertices at its place; a segment has two at its begin and two at its end.
   enum class Wire : std::uint8_t { kSurface, kPoints, kSegments };
   Kind kind = Kind::kTriangles;
   Wire wire = Wire::kSurface;
-  bool in_cluster_order = false;  // kTriangles: as TESSERA_clusters says, which may be wrong
-  // kTriangles that TESSERA_clusters has encoded: triangles of each cluster, within the limits of scene/clusters.h.
+  bool in_cluster_order = false;  // kTriangles: TESSERA_clusters claims cluster order, which may be wrong
+  // Triangles of each cluster of kTriangles that TESSERA_clusters has encoded, within the limits of scene/clusters.h.
   std::vector<std::uint8_t> triangles_of_cluster;
   Vertices vertices;
   std::vector<std::uint32_t> indices;
@@ -80,27 +80,27 @@ struct Mesh {
 
 // ---- Textures of KTX2 files -------------------------------------------------------------------------------------
 
-// A KTX2 image, and what the materials have of it; scene/held_textures.h makes the blocks that the emulated memory holds
-// from the file.
+// A KTX2 image, and the textures that materials made of it. scene/held_textures.h makes the blocks in the emulated
+// memory from the file.
 struct BasisImage {
   std::vector<std::uint8_t> file;
   std::shared_ptr<const shaders::Texture> texture;        // plain RGBA8; may be null
-  std::shared_ptr<const shaders::ScalarTexture> heights;  // the same; may be null
+  std::shared_ptr<const shaders::ScalarTexture> heights;  // plain 8-bit heights; may be null
 };
 
 // ---- Procedures -------------------------------------------------------------------------------------------------
 
 // TESSERA_procedure: a surface that stays a formula until it is sampled. A shape whose parameters are chains of curves
-// has a piece for each pair of curves; all others have one.
+// has a piece for each pair of curves; any other shape has one piece.
 struct Procedure {
   struct Piece {
     shaders::ShapeInput input;
     float u_first = 0, u_scale = 1, v_first = 0,
-          v_scale = 1;  // (u, v) of the whole = first + scale * (u, v) of the piece
+          v_scale = 1;  // (u, v) of the whole surface = first + scale * (u, v) of the piece
   };
   shaders::ShapeId shape = shaders::ShapeId::kSphere;
-  // The user's own stages, where there are such: kProgram of `shape` and `texture`, and rates for the sampling
-  // controller. Constants of the shape's pieces lie one behind the other; their inputs point at them.
+  // The user's own stages, if any: kProgram of `shape` and `texture`, and rates for the sampling controller. The
+  // constants of the shape's pieces are stored back to back; the pieces' inputs point at them.
   std::shared_ptr<const shaders::Program> shape_program, texture_program, rates_program;
   std::shared_ptr<const std::vector<float>> shape_constants;
   std::vector<float> texture_constants, rates_constants;
@@ -110,8 +110,8 @@ struct Procedure {
   shaders::ShadingId shading = shaders::ShadingId::kMaterial;
   std::array<float, 8> shading_numbers{};
   int material = kNone;
-  std::shared_ptr<const shaders::GeometryImage> image;  // what the pieces' inputs point at
-  // Where it is tessellated: segments of each side of a base patch.
+  std::shared_ptr<const shaders::GeometryImage> image;  // target of the pointers in the pieces' inputs
+  // Limits of its tessellation: segments of each side of a base patch.
   int min_segments = 1, max_segments = kMaxSegments;
   static constexpr int kMaxSegments = 64;
 
@@ -128,8 +128,8 @@ struct Transform {
   DVec3 scale{1.0};
 };
 
-// EXT_mesh_gpu_instancing: where a node draws its mesh once more. Applied before the node's own transform; the rotation
-// (x, y, z, w) is normalised when it is used.
+// EXT_mesh_gpu_instancing: the place of a further copy of a node's mesh. Applied before the node's own transform; the
+// rotation (x, y, z, w) is normalised when it is used.
 struct InstanceTransform {
   std::array<float, 3> translation{0, 0, 0};
   std::array<float, 4> rotation{0, 0, 0, 1};
@@ -144,8 +144,8 @@ struct Node {
   std::optional<DMat4> matrix;
   int mesh = kNone, skin = kNone, camera = kNone, light = kNone, procedure = kNone;
   std::vector<float> weights;                // overrides the mesh's default weights when not empty
-  std::vector<InstanceTransform> instances;  // not empty: the mesh is drawn at each of them, and only there
-  bool visible = true;                       // KHR_node_visibility: false hides what is below, too
+  std::vector<InstanceTransform> instances;  // not empty: the mesh is drawn once for each of them, and nowhere else
+  bool visible = true;                       // KHR_node_visibility: false hides the node and everything below it
 };
 
 struct Skin {
@@ -154,7 +154,7 @@ struct Skin {
 };
 
 enum class Interpolation : std::uint8_t { kStep, kLinear, kCubicSpline };
-// What a channel moves; all but the first four by KHR_animation_pointer alone.
+// The property that a channel moves. All but the first four need KHR_animation_pointer.
 enum class AnimatedPath : std::uint8_t {
   kTranslation,
   kRotation,
@@ -185,12 +185,12 @@ inline bool moves_node(AnimatedPath path) {
 }
 
 struct AnimationChannel {
-  int node = kNone;    // of the paths of nodes
-  int object = kNone;  // the material, camera or light of the others
-  int part = 0;        // of a material: its MaterialTexture, or one of material_numbers(); of a stage: its parameter
+  int node = kNone;    // for paths of nodes
+  int object = kNone;  // for the other paths: the material, camera or light
+  int part = 0;  // of a material: its MaterialTexture, or index into material_numbers(); of a stage: its parameter
   AnimatedPath path = AnimatedPath::kTranslation;
   Interpolation interpolation = Interpolation::kLinear;
-  int components = 3;         // floats per value: 3, 4, the number of morph targets or of a parameter's numbers
+  int components = 3;         // floats per value: 3, 4, or the number of morph targets or of the parameter's numbers
   std::vector<float> times;   // strictly increasing seconds
   std::vector<float> values;  // cubic spline: in-tangent, value, out-tangent per key
 };
@@ -218,10 +218,10 @@ struct Camera {
   Lens lens;
 };
 
-// The inner cone of a spot light is smaller than the outer one by this share of it, at least.
+// The inner cone of a spot light is smaller than the outer cone by at least this share of it.
 inline constexpr double kSharpestCone = 1e-3;
 
-// A light's parameters as the file has them; Capture::lights holds what is made from them.
+// A light's parameters as in the file; Capture::lights holds the shader's light made from them.
 struct LightParameters {
   Vec3 color{1.0f};
   float intensity = 1.0f;
@@ -236,16 +236,16 @@ struct LightParameters {
 
 // A light that casts shadows (TESSERA_capture.shadows), and the maps that hold them.
 struct ShadowRequest {
-  static constexpr std::size_t kMaxLights = 16;  // of a capture that cast
+  static constexpr std::size_t kMaxLights = 16;  // lights of a capture that cast shadows
   static constexpr int kMaxSize = 16384, kMaxCascades = 8;
 
-  int light = kNone;    // of Capture::lights: every node that has it casts
+  int light = kNone;    // index into Capture::lights: every node with this light casts shadows
   int size = 1024;      // texels along a map's side
   int cascades = 1;     // maps of a directional light
-  double distance = 0;  // scene units from the camera that they reach; 0: as far as the scene does
+  double distance = 0;  // reach of the maps from the camera, in scene units; 0: to the end of the scene
 };
 
-// TESSERA_capture: how the file wants to be replayed.
+// TESSERA_capture: the replay settings in the file.
 struct CaptureSettings {
   int width = 1280, height = 720;
   double frame_rate = 30.0;
@@ -254,39 +254,42 @@ struct CaptureSettings {
   int camera_node = kNone;  // kNone: the first camera in the scene, or automatic framing
   float exposure = 1.0f;
   shaders::Surroundings::Kind environment_kind = shaders::Surroundings::Kind::kStudio;
-  std::optional<float> environment;      // intensity; unset: 1, or 0.3 of the studio's when the file has lights
-  std::optional<Vec3> background;        // linear colour; unset: the environment
+  std::optional<float> environment;  // intensity; unset: 1, or 0.3 of the studio's intensity when the file has lights
+  std::optional<Vec3> background;    // linear colour; unset: the environment
   std::vector<ShadowRequest> shadows{};  // none: lights shine through everything
   std::optional<PassGraph> graph{};      // unset: passes follow from shadows, materials and settings
-  bool declared = false;                 // false: the file says nothing, these are defaults
+  bool declared = false;                 // false: the file has no TESSERA_capture, and these are defaults
 };
 
 struct Capture {
   std::filesystem::path file;
-  std::uint64_t file_bytes = 0;     // of the file and its buffers and images
-  std::uint64_t charged_bytes = 0;  // of CaptureLimits::max_bytes, by reading it
-  // CaptureLimits::max_bytes: what is left of them is for each frame that is drawn.
+  std::uint64_t file_bytes = 0;     // bytes of the file and of its buffers and images
+  std::uint64_t charged_bytes = 0;  // part of CaptureLimits::max_bytes that reading used
+  // CaptureLimits::max_bytes: each drawn frame may use the bytes that reading left.
   std::uint64_t max_bytes = std::numeric_limits<std::uint64_t>::max();
-  // Host time of reading it: of the file, its JSON and its checks; then of what its buffers and images hold.
+  // Host time of reading: first the file, its JSON and its checks; then decoding of buffers and images.
   double load_seconds = 0, decode_seconds = 0;
   std::vector<Node> nodes;
-  std::vector<int> roots;  // nodes of the scene that is drawn
+  std::vector<int> roots;  // root nodes of the drawn scene
   std::vector<Mesh> meshes;
   std::vector<Procedure> procedures;
   std::vector<Material> materials;
   std::vector<BasisImage> basis_images;
   std::vector<Skin> skins;
   std::vector<Animation> animations;
-  std::vector<int> played_animations;  // played together: the first, and every further one that does not fight it
+  std::vector<int>
+      played_animations;  // animations played together: the first one, and every further one that moves none of the same
+                          // properties
   std::vector<Camera> cameras;
   std::vector<shaders::Light> lights;             // colour, cone and range; placed by their nodes
   std::vector<LightParameters> light_parameters;  // of each light
-  std::vector<std::string> variants;              // KHR_materials_variants: their names
-  int variant = kNone;                            // the one whose materials the primitives have, of `variants`
+  std::vector<std::string> variants;              // KHR_materials_variants: names of the variants
+  int variant = kNone;  // index into `variants`: the variant whose materials the primitives have
   CaptureSettings settings;
-  std::shared_ptr<const shaders::EnvironmentImage> environment_image;  // of an environment that is one
-  std::vector<std::string> extensions_used, extensions_unread;  // as the file says; all that the reader passes over
-  std::vector<std::string> notices;                             // what the reader skipped or assumed, for people
+  std::shared_ptr<const shaders::EnvironmentImage> environment_image;  // set if the environment is an image
+  std::vector<std::string> extensions_used,
+      extensions_unread;             // as the file lists them; the extensions that the reader ignores
+  std::vector<std::string> notices;  // parts that the reader skipped, or its assumptions, as texts for people
 };
 
 }  // namespace tessera::scene

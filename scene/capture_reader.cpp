@@ -25,8 +25,8 @@ double seconds_now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-// What reading will charge at least follows from the size of the file and the first bytes of it: what cannot fit is
-// refused unread. `budget` is a copy, nothing is charged yet.
+// Refuses a file unread if its size and its first bytes show that reading will charge more than the limit. `budget` is
+// a copy: nothing is charged yet.
 void check_size(const std::filesystem::path& file, MemoryBudget budget) {
   std::error_code unknown;
   const std::uint64_t size = std::filesystem::file_size(file, unknown);
@@ -41,7 +41,7 @@ void check_size(const std::filesystem::path& file, MemoryBudget budget) {
   budget.charge(container ? std::min(json, size) : size, gltf::kCensusBytes, "the document");
 }
 
-// Keys that a file claims without data for them are zeros that nobody stored: their room is checked before any is made.
+// Keys of accessors without data are zeros that the file does not store: their room is checked before it is allocated.
 void check_claims(const nlohmann::json& json, MemoryBudget budget) {
   for (const nlohmann::json& animation : gltf::list_of(json, "animations"))
     for (const nlohmann::json& sampler : animation["samplers"])

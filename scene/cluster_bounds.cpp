@@ -13,11 +13,12 @@
 namespace tessera::scene {
 namespace {
 
-constexpr double kLongest = 32767;     // of what is packed in 16 bits
-constexpr std::size_t kLongEdges = 4;  // that frames are tried along
-// A turned box costs nothing to keep; one that is hardly smaller is left aligned, whose faces are exact.
+constexpr double kLongest = 32767;     // largest number that 16 bits hold
+constexpr std::size_t kLongEdges = 4;  // number of edges along which frames are tried
+// A turned box costs nothing to store; a box that turning hardly shrinks stays aligned, because its faces are then
+// exact.
 constexpr double kWorthTurning = 0.95;
-// A cone that is wider proves nothing of a box that is seen under any angle.
+// A wider cone cannot cull a box seen under any angle.
 constexpr double kLeastCosine = 0x1p-6;
 
 // Rounded to a float that is no larger, no smaller.
@@ -33,7 +34,8 @@ struct ClusterTriangle {
   double edges, normal_length;
 };
 
-// Calls use(triangle) for each but those two of whose corners are in one place: nobody sees them, however they move.
+// Calls use(triangle) for each triangle except the ones with two corners in one place, which stay invisible however
+// they move.
 template <class Use>
 void for_each_triangle(const Primitive& primitive, const MeshClusters& clusters, const Cluster& cluster,
                        const Use& use) {
@@ -102,7 +104,7 @@ void set_box(std::span<const DVec3> points, ClusterBound& bound) {
       zero += s * 0;  // NaN where a coordinate is not finite: such a box is unusable rather than too small
     }
     low += zero, high += zero;
-    // Along the object's axes nothing is rounded; along others sums of three products are.
+    // Extents along the object's axes are exact; along other axes they are sums of three rounded products.
     bound.low[a] = rounded_down(low), bound.high[a] = rounded_up(high);
   }
 }
@@ -125,7 +127,7 @@ class PointLanes {
       vector[0] = p.x, vector[kLanes] = p.y, vector[2 * kLanes] = p.z;
     }
   }
-  // What the points measure along an axis.
+  // Length of the points' extent along an axis.
   float extent(const Vec3& axis) const {
     Lanes low = load(0) * axis.x + load(kLanes) * axis.y + load(2 * kLanes) * axis.z, high = low;
     for (std::size_t at = 3 * kLanes; at < values_.size(); at += 3 * kLanes) {
@@ -149,8 +151,9 @@ class PointLanes {
   std::vector<float> values_;
 };
 
-// Frames along the longest edges, with a face's normal or the mean one: of what people build one fits, and of what grows
-// none fits much better. The one with the least surface, as that is what screens see of a box. `lanes`: scratch.
+// Tries frames along the longest edges, with a face's normal or the mean one: one of them fits man-made shapes, and for
+// organic ones no frame is much better. Takes the frame whose box has the least surface, which is proportional to the
+// box's mean area on screen. `lanes`: scratch.
 void find_box(std::span<const DVec3> points, std::span<const ClusterTriangle> triangles, PointLanes& lanes,
               ClusterBound& out) {
   set_box(points, out);
@@ -171,7 +174,7 @@ void find_box(std::span<const DVec3> points, std::span<const ClusterTriangle> tr
   const double mean_length = glm::length(mean);
   DMat3 best(1.0);
   float least = std::numeric_limits<float>::infinity();
-  // `along_x`: what the box measures along the edge.
+  // `along_x`: extent of the points along the edge.
   const auto consider = [&](const DVec3& x_unit, float along_x, const DVec3& normal, double normal_length) {
     const DVec3 y = glm::cross(normal, x_unit);
     const double y_length = glm::length(y);

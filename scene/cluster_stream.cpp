@@ -21,7 +21,7 @@ std::uint32_t bits_of_name(std::size_t known) {
   return known == 0 ? 0 : static_cast<std::uint32_t>(std::bit_width(known - 1));
 }
 
-// Places that the primitive's triangles name, and the bits that their differences to the least corner take.
+// Places that the primitive's triangles use, and the bits that their differences from the least corner need.
 PositionLattice lattice_of(int exponent, const Primitive& primitive, int& bits) {
   PositionLattice lattice;
   lattice.exponent = exponent;

@@ -33,16 +33,16 @@ inline constexpr std::size_t kClusterHeaderBytes = 4;
 struct ClusterStream {
   std::vector<std::uint8_t> bytes;
   std::size_t clusters = 0;
-  int bits = 0;                      // of GeometrySettings, what quantised records have along an axis
-  std::vector<std::uint32_t> order;  // by vertex of the stream, the number of the primitive's
-  std::size_t triangles = 0;         // of cells: those without an area may be fewer than the primitive's
+  int bits = 0;                      // GeometrySettings::bits: bits of quantised records along each axis
+  std::vector<std::uint32_t> order;  // by vertex of the stream: its number in the primitive
+  std::size_t triangles = 0;         // triangles of the cells; the primitive's triangles without area may be missing
 };
-// `encoding` is not raw. Positions of the primitive that triangles name are points of a lattice with steps of 2^exponent, with
-// dgf at most 2^kDgfPlaceBits of them from the origin. Vertices that no triangle names are left out. Nothing where a cluster
-// is larger than a block of dgf can be.
+// Encodes a primitive; `encoding` is not raw. The positions that triangles use are points of a lattice with steps of
+// 2^exponent, and with dgf at most 2^kDgfPlaceBits steps from the origin. Vertices that no triangle uses are left out.
+// Returns nothing where a cluster is too large for a block of dgf.
 std::optional<ClusterStream> encode_cluster_stream(GeometryEncoding encoding, int exponent, const Primitive& primitive);
 
-// How many of each the stream has to have.
+// Numbers of elements that the stream has to have.
 struct ClusterStreamCounts {
   std::size_t clusters = 0, vertices = 0, triangles = 0;
 };
@@ -51,7 +51,7 @@ struct DecodedClusters {
   std::vector<std::uint32_t> indices;  // three a triangle, cluster after cluster
   std::vector<std::uint8_t> triangles_of_cluster;
 };
-// Nothing where bytes are no such stream; `fault` then says why.
+// Returns nothing where the bytes are no such stream; `fault` then says why.
 std::optional<DecodedClusters> decode_cluster_stream(const GeometrySettings& settings,
                                                      std::span<const std::uint8_t> bytes,
                                                      const ClusterStreamCounts& counts, std::string& fault);

@@ -27,7 +27,7 @@ std::span<const std::uint32_t> range_of(std::span<const std::uint32_t> indices, 
 // Triangles by the directed edges that they wind along.
 class EdgeOwners {
  public:
-  // False: two triangles have the same edge, and there is no telling by it.
+  // Returns false where two triangles have the same edge, so that the edge does not identify its triangle.
   bool add(std::span<const LocalTriangle> triangles) {
     owner_.fill(kNoNumber);
     bool unique = true;
@@ -46,7 +46,7 @@ class EdgeOwners {
   std::array<std::uint8_t, kMaxClusterVertices * kMaxClusterVertices> owner_;
 };
 
-// By comparing each triangle with all that follow.
+// Pairs triangles by comparing each one with all later ones.
 void pair_each_with_all(std::span<const LocalTriangle> triangles, std::vector<ClusterCell>& cells) {
   std::array<bool, kMaxClusterTriangles> used{};
   for (std::size_t s = 0; s < triangles.size(); ++s) {
@@ -106,9 +106,9 @@ void find_clusters(const Primitive& primitive, std::span<const std::uint32_t> in
   }
 }
 
-// The same for clusters that are cut off one after the other. What fits is counted as meshoptimizer counts it: a corner
-// of a triangle that comes twice is two vertices.
-// Where `sizes` are not empty, they state the triangles of each cluster instead; none may have too many vertices.
+// The same for clusters that are cut off in sequence. Vertices are counted as meshoptimizer counts them: a corner that
+// a triangle has twice is two vertices.
+// Where `sizes` is not empty, it states the triangles of each cluster instead; none may have too many vertices.
 template <class Add>
 void cut_clusters(std::span<const std::uint32_t> indices, std::span<const std::uint8_t> sizes, const Add& add) {
   const auto [low, high] = std::minmax_element(indices.begin(), indices.end());

@@ -20,7 +20,7 @@ constexpr std::size_t kHeaderBits = 160, kBlockBits = 8 * kDgfBlockBytes, kMaxVe
                       kMaxReusedBits = 8 * 24;
 constexpr std::int32_t kMaxAnchor = (1 << (kAnchorFieldBits - 1)) - 1;
 
-constexpr std::size_t kStarts = 4;  // triangles that strips begin at before a block is held to be too large
+constexpr std::size_t kStarts = 4;  // triangles at which strips begin before a block counts as too large
 constexpr std::uint8_t kNoIndex = 0xff;
 
 // ---- Indices ----------------------------------------------------------------------------------------------------
@@ -160,7 +160,7 @@ struct Header {
   std::size_t front_bits() const { return whole_bytes(vertices * offsets.vertex_bits()); }
 };
 
-// Nothing where the block is none, or its vertices take too much of it.
+// Returns nothing where the bits are no block's header, or the vertices take too much of the block.
 std::optional<Header> read_header(BitReader& bits) {
   const auto anchor = [&] { return sign_extended(bits.get(kAnchorFieldBits), kAnchorFieldBits); };
   Header out{};
@@ -213,7 +213,7 @@ class IndexReader {
         reused_(reused),
         width_(width) {}
 
-  // Nothing: the block has no such vertex, or its sections run into each other.
+  // Returns nothing where the block has no such vertex, or its sections overlap.
   std::optional<std::uint8_t> next() {
     const std::optional<unsigned> first = count_++ < 3 ? std::optional(1u) : first_uses_.get(1);
     if (!first) return std::nullopt;
@@ -232,7 +232,7 @@ class IndexReader {
   std::uint32_t width_;
 };
 
-// The two corners of the next triangle that its control says; nothing where it may not stand there.
+// The two corners that the next triangle's control selects; nothing where the control is not allowed there.
 std::optional<std::array<std::uint8_t, 2>> shared_corners(DgfControl control, const std::vector<DgfControl>& before,
                                                           const std::vector<LocalTriangle>& triangles) {
   const LocalTriangle& last = triangles.back();

@@ -28,15 +28,15 @@ namespace tessera::scene {
 //
 // The specification ends at an exponent of 232; grids of meshes larger than 2^121 have more.
 //
-// Triangles are a strip: RESTART (0) states three indices; EDGE1 (1) and EDGE2 (2) go on at the second and third edge of the
-// triangle before, BACKTRACK (3), after one of those, at the edge that it left out of the triangle before that one; these
-// three state one index. A first use is the next vertex.
+// Triangles form a strip. RESTART (0) states three indices; the other three controls state one. EDGE1 (1) and EDGE2 (2)
+// continue at the second and third edge of the previous triangle. BACKTRACK (3), after one of those two, continues at
+// the edge of the triangle before the previous one that was not taken. A first use is the next vertex.
 inline constexpr std::size_t kDgfBlockBytes = 128, kDgfMaxVertices = 64;
 
 // The size of a block, counted by its parts.
 struct DgfBlockSize {
   std::size_t triangles, vertices;
-  std::size_t vertex_bits;  // of each, a multiple of 4
+  std::size_t vertex_bits;  // bits of one vertex, a multiple of 4
   std::size_t reused;       // indices that are no first use
   std::uint32_t reused_width;
 
@@ -45,16 +45,16 @@ struct DgfBlockSize {
 
 struct DgfBlock {
   std::array<std::uint8_t, kDgfBlockBytes> bytes;
-  std::vector<std::uint8_t> vertices;   // by number in the block, each a place of the points that it was made of
-  std::vector<std::uint8_t> triangles;  // in the block's order, each a number of the triangles that it was made of
+  std::vector<std::uint8_t> vertices;   // by vertex of the block: its place among the given points
+  std::vector<std::uint8_t> triangles;  // in the block's order: number among the given triangles
 };
 
-// Whether blocks can have any of these vertices together: they differ by less than 2^16 steps along each axis.
+// Whether one block can hold all of these points: they differ by less than 2^16 steps along each axis.
 bool fits_dgf(std::span<const LatticePoint> points);
 
-// One block of `some` of a cluster's triangles, 1 to 64 and each once, as the first strip of theirs that fits; or nothing where
-// none does. `points`: places of `lattice`, at most 2^kDgfPlaceBits from the origin, by the triangles' corners.
-// `first_triangle`: below 2^29.
+// Encodes the triangles `some` of a cluster, 1 to 64 and each once, as the first strip of them that fits into a block.
+// Returns nothing where none fits. `points` are places of `lattice`, at most 2^kDgfPlaceBits from the origin, by the
+// triangles' corners. `first_triangle` is below 2^29.
 //
 // Invariants (cited by the tests):
 //   DGF1  decode_dgf_block() gives the same lattice points and triangles, each with its winding, in the order that
@@ -70,11 +70,11 @@ struct DecodedDgfBlock {
   std::vector<LocalTriangle> triangles;
   std::uint32_t first_triangle = 0;
 };
-// `bytes`: kDgfBlockBytes of them, whatever they hold. Nothing where they are no block as above.
+// `bytes` are kDgfBlockBytes bytes with any content. Returns nothing where they are no such block.
 std::optional<DecodedDgfBlock> decode_dgf_block(std::span<const std::uint8_t> bytes);
 
-// Blocks that hold each of `triangles`, at most kMaxClusterTriangles, once, in as few blocks as some greedy partitions of
-// them give. Throws nothing.
+// Returns blocks that hold each of `triangles`, at most kMaxClusterTriangles, once: the fewest blocks among several
+// greedy partitions. Throws nothing.
 std::vector<DgfBlock> encode_dgf_blocks(const PositionLattice& lattice, std::span<const LatticePoint> points,
                                         std::span<const LocalTriangle> triangles);
 

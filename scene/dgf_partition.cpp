@@ -45,10 +45,10 @@ struct Growth {
 
 constexpr std::uint32_t kLeastWidth = 3, kMaxWidth = 6;
 constexpr std::size_t kTrianglesPerRestart = 3;  // rarely fewer
-constexpr std::size_t kRefusals = 4;             // triangles that are too many before a block is held to be full
+constexpr std::size_t kRefusals = 4;             // number of triangles that do not fit before a block counts as full
 
-// Grows one block after another. Each begins at a triangle on the rim of those left and takes the neighbour that adds fewest
-// bits.
+// Grows one block after another. Each begins at a triangle on the rim of the remaining ones and takes the neighbour
+// that adds the fewest bits.
 class Partition {
  public:
   Partition(const PositionLattice& lattice, std::span<const LatticePoint> points, const TriangleAdjacency& triangles)

@@ -10,11 +10,11 @@ namespace tessera::scene {
 
 inline constexpr std::size_t kDgfMaxTriangles = 64;
 
-// How a triangle of a DGF block follows those before it (scene/dgf_block.h).
+// How a triangle of a DGF block follows the previous ones (scene/dgf_block.h).
 enum class DgfControl : std::uint8_t { kRestart, kEdge1, kEdge2, kBacktrack };
 
-// Which triangles of a cluster lie across each other's edges and wind alike. Each edge has one neighbour at most, mutually;
-// triangles that have a corner twice have none. `triangles` outlive this.
+// Adjacency of a cluster's triangles: neighbours share an edge and wind alike. Each edge has at most one neighbour,
+// mutually; triangles that have a corner twice have none. `triangles` must outlive this object.
 class TriangleAdjacency {
  public:
   static constexpr std::uint8_t kNobody = 0xff;
@@ -37,12 +37,13 @@ class TriangleAdjacency {
 struct DgfStrip {
   std::size_t count = 0, restarts = 0;
   std::array<std::uint8_t, kDgfMaxTriangles> order;     // numbers of the cluster's triangles
-  std::array<LocalTriangle, kDgfMaxTriangles> corners;  // of each, from the first that its control leaves it
+  std::array<LocalTriangle, kDgfMaxTriangles> corners;  // per triangle, from the first corner that its control allows
   std::array<DgfControl, kDgfMaxTriangles> controls;    // the first restarts
 };
 
-// A strip of some of a cluster's triangles, 1 to 64 and each once, that begins at one of them. It goes on at the neighbour with
-// fewest further ones, so that a single triangle is left by a backtrack; on ties across the second edge, or the third.
+// Builds a strip of the triangles `some` of a cluster, 1 to 64 and each once, that begins at `start`. It goes on at the
+// neighbour with the fewest further neighbours, so that a backtrack leaves a single triangle; ties go across the second
+// edge, or across the third.
 DgfStrip walk_strip(const TriangleAdjacency& triangles, std::span<const std::uint8_t> some, std::uint8_t start,
                     bool third_edge_first);
 

@@ -6,13 +6,13 @@
 
 namespace tessera::scene {
 
-// d(u,v) = p(u,v) + n(u,v) * offset(u,v): what the machine computes for a vertex of a Bezier patch.
+// Domain shader: the machine computes a vertex of a Bezier patch as d(u,v) = p(u,v) + n(u,v) * offset(u,v).
 
 shaders::ControlPoints<float> shader_control_points(const FrameGeometry& frame, const PosedDrawable& drawable,
                                                     std::uint32_t patch, std::size_t key);
 
 // The displaced point at one parameter of a patch, in object space at a key: the scalar form of the domain shader.
-// Without `displaced` the caller knows that the offset there is zero.
+// `displaced` is false where the caller knows that the offset there is zero.
 Vec3 domain_point(const FrameGeometry& frame, const PosedDrawable& drawable, std::uint32_t patch, float u, float v,
                   std::size_t key, bool displaced = true);
 

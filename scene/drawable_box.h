@@ -7,7 +7,7 @@
 
 namespace tessera::scene {
 
-// A box along the axes of the space that it is in; one without points is empty.
+// A box along the axes of its space; a box without points is empty.
 struct SpaceBox {
   DVec3 low{std::numeric_limits<double>::infinity()}, high{-std::numeric_limits<double>::infinity()};
 
@@ -18,11 +18,12 @@ struct SpaceBox {
   void add(const SpaceBox& other) { low = glm::min(low, other.low), high = glm::max(high, other.high); }
 };
 
-// The box of a drawable's points at a motion key, in its own space: those of all of its instances, too. Displacement is
-// left out; between the points of a procedure that are looked at it may be a little larger than the surface.
+// The box of a drawable's points at a motion key, in its own space, with the points of all its instances. Displacement
+// is left out. A procedure is sampled: between the samples its surface may reach slightly beyond the box.
 SpaceBox own_box(const PosedDrawable& drawable, std::size_t key);
 
-// The box around such a box in the world, displacement included. Empty where a transform leaves no finite numbers.
+// The box around such a box in world space, displacement included. Empty where a transform yields infinite or NaN
+// coordinates.
 SpaceBox world_box(const PosedDrawable& drawable, std::size_t key, const SpaceBox& own);
 
 }  // namespace tessera::scene

@@ -6,7 +6,8 @@
 
 namespace tessera::scene {
 
-// The drawable of a patch, for loops whose neighbours mostly are of one drawable: its patches are kept from call to call.
+// Finds the drawable of a patch, for loops over patches most of which share a drawable with the previous one: the range
+// of patches is kept from call to call.
 class DrawableLookup {
  public:
   std::uint32_t operator()(const Assembly& assembly, std::uint32_t patch) {
@@ -17,7 +18,7 @@ class DrawableLookup {
     }
     return number_;
   }
-  // Where another assembly may be at the same address.
+  // Forgets the range, where another assembly may be at the same address.
   void forget() { assembly_ = nullptr; }
 
  private:

@@ -11,7 +11,7 @@ namespace {
 constexpr std::string_view kRatified = "ratified", kDraft = "in progress", kMulti = "multi-vendor", kVendor = "vendor",
                            kArchived = "archived";
 
-// Extensions that others have registered. Those of materials are rows of material_extensions.def.
+// Extensions that other vendors have registered. Extensions of materials are rows of material_extensions.def.
 class Registry {
  public:
   std::vector<Extension> rows;
@@ -45,11 +45,11 @@ class Registry {
          "All of it; fallback buffers are not needed.");
     read("EXT_texture_webp", kRatified, "TextureWebp", "texture",
          "A WebP image, lossy or lossless; where it cannot be read, the texture's source.", "All of it.");
-    read(
-        "KHR_animation_pointer", kRatified, "AnimationPointer", "animation channel target",
-        "Animates what a JSON pointer names: a node's transformation, weights and visibility; a material's factors and "
-        "texture transformations; cameras and lights; parameters of procedures. Pointers at anything else are skipped.",
-        "Pointers at nodes, materials' factors and texture transforms, cameras and lights.");
+    read("KHR_animation_pointer", kRatified, "AnimationPointer", "animation channel target",
+         "Animates the property that a JSON pointer names: a node's transformation, weights and "
+         "visibility; a material's factors and texture transformations; cameras and lights; "
+         "parameters of procedures. Pointers at anything else are skipped.",
+         "Pointers at nodes, materials' factors and texture transforms, cameras and lights.");
     read("KHR_draco_mesh_compression", kRatified, "CaptureDraco", "mesh primitive",
          "Vertices and indices compressed with Draco.", "All of it, streams from 2.2 on.");
     read("KHR_lights_punctual", kRatified, "CaptureScene", "root, node", "Directional, point and spot lights.",
@@ -60,8 +60,9 @@ class Registry {
     read("KHR_mesh_quantization", kRatified, "CaptureAccessors", "root", "Vertex attributes of small integer types.",
          "All of it.");
     read("KHR_texture_basisu", kRatified, "TextureBasisu", "texture",
-         "A KTX2 image with Basis Universal data (ETC1S, UASTC) and its mip levels; where it cannot be read, the "
-         "texture's source. Memory holds ASTC blocks of 4x4 texels, or what texture.format says.",
+         "A KTX2 image with Basis Universal data (ETC1S, UASTC) and its mip levels; where it cannot "
+         "be read, the texture's source. Memory holds ASTC blocks of 4x4 texels, or the blocks of "
+         "texture.format.",
          "All of it: ETC1S and UASTC, with mip levels.");
     read("KHR_texture_transform", kRatified, "CaptureMaterials", "texture info",
          "Offset, rotation and scale of texture coordinates.", "All of it.");
@@ -69,7 +70,7 @@ class Registry {
          "As EXT_meshopt_compression, with version 1 of attribute streams and the colour filter.",
          "All of it: version 1 of attribute streams, the colour filter.");
     read("KHR_node_visibility", kDraft, "NodeVisibility", "node",
-         "Hides a node and all below it. Animated, it is that of shutter open for the whole frame.", "All of it.");
+         "Hides a node and all below it. An animated value at shutter open holds for the whole frame.", "All of it.");
   }
 
   void add_unread() {
@@ -145,7 +146,7 @@ std::vector<Extension> own_extensions() {
         {"attachments", "object", "", "none",
          "Images that passes write, by name, beside frame and depth, which always exist: format, size or scale, "
          "samples, layers, levels, life."},
-        {"passes", "object[]", "", "those that shadows and materials ask for",
+        {"passes", "object[]", "", "the passes that shadows and materials need",
          "Passes of a frame: name, view, load, store and subpasses, or the members of the only one: draw, shader, "
          "input, write, sample. They are read and checked, but not rendered."}}},
       {"TESSERA_clusters",

@@ -20,7 +20,7 @@
 namespace tessera::scene {
 namespace {
 
-// Points the drawable's spans at deformed vertices where there are any, at those that the memory holds otherwise.
+// Points the drawable's spans at its deformed vertices, if any, otherwise at the vertices that the memory holds.
 void connect_spans(const Assembly& assembly, const std::array<Deformed, 2>& storage, PosedDrawable& posed) {
   const HeldGeometry* held = assembly.held_geometry(*posed.drawable);
   for (std::size_t key = 0; key < 2; ++key) {
@@ -36,7 +36,7 @@ void connect_spans(const Assembly& assembly, const std::array<Deformed, 2>& stor
   }
 }
 
-// The materials at shutter open, without what the request leaves out; empty when they are the assembly's.
+// The materials at shutter open, without the features that the request leaves out; empty when they are the assembly's.
 std::vector<Material> frame_materials(const Assembly& assembly, const FrameRequest& request, bool animated) {
   if (request.displacement && request.alpha_test && request.blending && !animated) return {};
   std::vector<Material> materials = assembly.materials;
@@ -60,7 +60,8 @@ const Primitive& primitive_of(const Capture& capture, const Drawable& drawable) 
       .primitives[static_cast<std::size_t>(drawable.primitive)];
 }
 
-// Deforms what a primitive's instances share; whether the motion keys differ. Views and poses are known.
+// Deforms the vertices that a primitive's instances share; returns whether the motion keys differ. Views and poses are
+// known.
 bool deform_drawn(const FrameGeometry& frame, const Drawable& first, std::array<Deformed, 2>& storage) {
   const Capture& capture = *frame.assembly->capture;
   const Primitive& primitive = primitive_of(capture, first);
@@ -119,7 +120,7 @@ void pose_drawable(const FrameGeometry& frame, std::span<const Material> materia
   const std::array<double, 2> winding = {
       winding_determinant(capture, drawable.node, drawable.instance, frame.poses[0]),
       winding_determinant(capture, drawable.node, drawable.instance, frame.poses[1])};
-  // The shutter is cut where the sign changes (motion_segments.h): what is left of the other one is next to nothing.
+  // The shutter is cut where the sign changes (motion_segments.h): the time with the other sign is negligible here.
   posed.mirrored = (std::abs(winding[0]) > std::abs(winding[1]) ? winding[0] : winding[1]) < 0;
   posed.normal_to_world = normals_to_world(worlds);
   // Normals of patches follow from their control points, in the sense that these have: a skin that mirrors them, not the
@@ -198,8 +199,8 @@ std::span<const Material> materials_of(const FrameGeometry& frame) {
                                  : std::span<const Material>(frame.materials);
 }
 
-// Places all drawables of a frame whose vertices are deformed, where its views see them; of a segment of `whole` those
-// that are curved.
+// Places all drawables of a frame whose vertices are deformed as its views see them; in a segment of `whole` only the
+// curved ones.
 void place_drawables(FrameGeometry& frame, std::span<const Material> materials,
                      std::span<const std::array<Deformed, 2>> deformed, const FrameGeometry* whole) {
   std::array<DMat4, 2> world_to_raster;
@@ -212,7 +213,7 @@ void place_drawables(FrameGeometry& frame, std::span<const Material> materials,
   });
 }
 
-// All drawables; of a segment of `whole` those that are curved. Its others are there, but for nobody to draw.
+// Poses all drawables; in a segment of `whole` only the curved ones. The segment's others exist but are never drawn.
 void pose_drawables(FrameGeometry& frame, std::span<const Material> materials, const FrameGeometry* whole) {
   const Assembly& assembly = *frame.assembly;
   if (whole != nullptr)
@@ -237,7 +238,7 @@ bool same_bits(std::span<const DMat4> a, std::span<const DMat4> b) {
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size_bytes()) == 0;
 }
 
-// Whether both are asked the same, at whatever times.
+// Whether two requests are equal except for their times.
 bool same_request(const FrameRequest& a, const FrameRequest& b) {
   FrameRequest at_times = b;
   at_times.open_time = a.open_time, at_times.close_time = a.close_time;
@@ -248,7 +249,7 @@ bool same_request(const FrameGeometry& a, const FrameGeometry& b) {
   return a.assembly == b.assembly && same_request(a.request, b.request);
 }
 
-// Whether a frame without animations is what a camera sees.
+// Whether a frame without animations equals the camera's view.
 bool seen_by(const FrameGeometry& frame, const CameraChoice& camera) {
   const FrameRequest& request = frame.request;
   const Projection projection =
@@ -261,7 +262,7 @@ bool same_pose(const Pose& a, const Pose& b) {
   return same_bits(a.world, b.world) && a.in_scene == b.in_scene && a.visible == b.visible && a.weights == b.weights;
 }
 
-// Whether everything that a frame is made from is the same; poses, views, values of materials and lights are known.
+// Whether two frames are made from equal data; poses, views, values of materials and lights are known.
 bool same_scene(const FrameGeometry& a, const FrameGeometry& b) {
   if (!same_request(a, b) || a.material_values != b.material_values || a.lights != b.lights ||
       a.procedures.values != b.procedures.values)
@@ -349,7 +350,7 @@ void share_patterns(FrameGeometry& frame) {
   }
 }
 
-// What deforms in any segment counts as deforming in all: a patch's record has one size.
+// A drawable that deforms in any segment counts as deforming in all: a patch's record has one size.
 void share_deformation(FrameGeometry& frame) {
   std::vector<FrameGeometry*> frames = {&frame};
   for (const auto& segment : frame.segments) frames.push_back(segment.get());
@@ -387,7 +388,8 @@ void cut_shutter(FrameGeometry& frame, const CameraChoice& camera) {
     segment.assembly = &assembly;
     segment.request = frame.request;
     segment.part = plan.parts[s];
-    // Where places jump, what ends is as it is just before, and what begins as it is just after that.
+    // At a jump, the segment that ends takes its pose just before it, and the segment that begins takes its pose just
+    // after it.
     const auto pose = [&](std::size_t key) {
       const double shift = (key == 0 ? 0.5 : -0.5) / ShutterSegment::kCodes;
       const bool jump = key == 0 ? plan.jumps[s] : s + 1 < plan.parts.size() && plan.jumps[s + 1];
@@ -403,7 +405,7 @@ void cut_shutter(FrameGeometry& frame, const CameraChoice& camera) {
                                          frame.request.width, frame.request.height);
     segment.procedures = pose_procedures(*assembly.capture, time_of(frame.request, segment.part.at(0)),
                                          time_of(frame.request, segment.part.at(1)));
-    // What is seen at shutter open is what is seen.
+    // Visibility at shutter open holds for the whole shutter.
     segment.poses[0].visible = segment.poses[1].visible = frame.poses[0].visible;
     pose_drawables(segment, materials_of(frame), &frame);
     for (PosedDrawable& drawable : segment.drawables)
@@ -425,7 +427,7 @@ std::unique_ptr<FrameGeometry> new_frame(const Assembly& assembly, const FrameRe
   return frame;
 }
 
-// Nodes, camera, lights and materials of a frame: what all of it follows from.
+// Nodes, camera, lights and materials of a frame, from which all else is computed.
 std::unique_ptr<FrameGeometry> begin_frame(const Assembly& assembly, const CameraChoice& camera,
                                            const FrameRequest& request) {
   std::unique_ptr<FrameGeometry> frame = new_frame(assembly, request);
@@ -435,7 +437,7 @@ std::unique_ptr<FrameGeometry> begin_frame(const Assembly& assembly, const Camer
   // One segment keeps the projection of shutter open.
   frame->projection = frame->projections[0];
   if (!request.projection_moves) frame->projections[1] = frame->projection;
-  // What a frame has but once is that of shutter open.
+  // State that a frame has only once is taken at shutter open.
   if (request.state_time) {
     const Pose state = pose_at(*assembly.capture, request.state());
     frame->poses[0].visible = frame->poses[1].visible = state.visible;
@@ -514,7 +516,7 @@ std::unique_ptr<FrameGeometry> pose_frame(const Assembly& assembly, const Camera
 std::shared_ptr<const FrameGeometry> pose_frame(const Assembly& assembly, const CameraChoice& camera,
                                                 const FrameRequest& request,
                                                 std::shared_ptr<const FrameGeometry> before) {
-  // Where nothing is animated time changes nothing: not even nodes are posed.
+  // Where nothing is animated the time does not matter: not even nodes are posed.
   if (before != nullptr && before->assembly == &assembly && assembly.capture->played_animations.empty() &&
       same_request(request, before->request) && seen_by(*before, camera))
     return before;

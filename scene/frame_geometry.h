@@ -17,39 +17,41 @@
 
 namespace tessera::scene {
 
-// What one frame is made of: where and when.
+// Request for one frame: its size, times and options.
 struct FrameRequest {
   int width = 1280, height = 720;
   double open_time = 0, close_time = 0;  // seconds; equal: no motion blur
   TessellationSettings tessellation;
   int max_factor = 64;
-  int subpixel_bits = 8;               // of the grid that vertices are put on: 4 to 8
+  int subpixel_bits = 8;               // fraction bits of the grid to which vertices are rounded: 4 to 8
   bool half_attributes = false;        // interpolated attributes reach the pixel shader in half precision
-  bool interpolated_surfaces = false;  // pixels of Bezier patches interpolate what vertices have
-  bool height_normals = false;         // vertices have normals without the displacement, pixels add its gradient
-  bool sample_procedures = false;      // by the sampling controller; the front end leaves their patches alone
-  bool draw_lines = false;             // procedures are paper with ink lines, not shaded surfaces
-  // Straight pieces that curved motion is cut into: 1 to kMaxMotionSegments; 0: as many as leave no more than
-  // motion_error pixels between a piece and the curve, up to motion_segments_max.
+  bool interpolated_surfaces = false;  // pixels of Bezier patches interpolate attributes of the vertices
+  bool height_normals =
+      false;  // vertices have the normals of the undisplaced surface, pixels add the gradient of the heights
+  bool sample_procedures = false;  // the sampling controller samples procedures; the front end skips their patches
+  bool draw_lines = false;         // procedures are paper with ink lines, not shaded surfaces
+  // Number of straight pieces into which curved motion is cut: 1 to kMaxMotionSegments. 0 takes as many as needed for
+  // at most motion_error pixels between a piece and the curve, up to motion_segments_max.
   int motion_segments = 1;
   double motion_error = 0.25;
   int motion_segments_max = 64;
-  // Seconds at which materials, visibility and the lights that there are are taken; unset: open_time.
+  // Seconds at which materials, visibility and the set of lights are taken; unset: open_time.
   std::optional<double> state_time;
-  // The second motion key of a frame without segments has the projection of its own time, not that of shutter open.
+  // The second motion key of a frame without segments has the projection of its own time instead of the one of shutter
+  // open.
   bool projection_moves = false;
-  // Whether the scene has what the capture says of it; false: as a capture without it.
+  // False draws the scene as if the capture did not have the feature.
   bool displacement = true, alpha_test = true, blending = true, procedures = true;
   ShadowCasters shadow_casters = ShadowCasters::kAuto;
   bool procedure_limits = true;  // procedures are tessellated within their own limits
 
   double state() const { return state_time.value_or(open_time); }
 
-  std::size_t memory_parts = 1;  // one of them, of what reading the capture left, is for this frame
+  std::size_t memory_parts = 1;  // this frame may use one such part of the memory that reading the capture left
 
   bool operator==(const FrameRequest&) const = default;
 
-  float subpixels() const { return static_cast<float>(1 << subpixel_bits); }  // along a pixel's side
+  float subpixels() const { return static_cast<float>(1 << subpixel_bits); }  // per pixel along its side
 };
 
 // A drawable as posed at the two motion keys of the shutter (0 open, 1 close). Vertices of a drawable that does not deform
@@ -58,18 +60,19 @@ struct PosedDrawable {
   const Drawable* drawable = nullptr;
   const Primitive* primitive = nullptr;
   const Material* material = nullptr;
-  // Of drawables that are one, with the numbers that it has at each motion key; the same where they do not differ. Their
-  // primitive is empty.
+  // For procedures: the procedure at each motion key; the same object where its numbers do not differ. Their primitive
+  // is empty.
   const Procedure *procedure = nullptr, *procedure_close = nullptr;
   bool moving = false;            // anything differs between the keys, camera included
   bool deforming = false;         // the vertices themselves differ
-  bool own_vertices = true;       // those that the memory holds, at both keys
-  bool curved = false;            // moves by the segments of the frame; moving, too
+  bool own_vertices = true;       // both keys use the vertices that the memory holds
+  bool curved = false;            // moves by the segments of the frame; such a drawable is moving as well
   bool mirrored = false;          // the node's transform turns triangles inside out
   bool visible = true;            // at shutter open (KHR_node_visibility), for all of the shutter
   std::array<Mat4, 2> to_raster;  // object space to (xh, yh, depth, w)
   std::array<Mat4, 2> to_world;
-  // Inverse transpose of to_world's linear part, times what both keys share; its cofactors where that has no bounds.
+  // Inverse transpose of to_world's linear part, times a factor that both keys share; the cofactors where the inverse
+  // has no bounds.
   std::array<Mat3, 2> normal_to_world;
   std::array<std::span<const Vec3>, 2> positions, normals;
   std::array<std::span<const Vec4>, 2> tangents;
@@ -79,29 +82,32 @@ struct PosedDrawable {
 struct FrameGeometry {
   const Assembly* assembly = nullptr;
   FrameRequest request;
-  ShutterSegment part;                    // of the shutter that is posed here
-  Projection projection;                  // at shutter open; of a segment, in its middle
+  ShutterSegment part;                    // part of the shutter that is posed here
+  Projection projection;                  // at shutter open; of a segment: at its middle
   std::array<Projection, 2> projections;  // at both motion keys
   std::array<View, 2> views;
-  // As Assembly::materials where the request leaves something out of them or they are animated, else empty.
+  // In the order of Assembly::materials where the request leaves something out of them or they are animated, else
+  // empty.
   std::vector<Material> materials;
-  std::vector<MaterialValue> material_values;  // that animations give them, for telling frames apart
-  PosedProcedures procedures;                  // at both motion keys
-  std::vector<PosedDrawable> drawables;        // as Assembly::drawables
-  // As Assembly::drawn, at both motion keys: what the drawables' spans point at when the pose deforms.
+  std::vector<MaterialValue>
+      material_values;         // values that animations give to materials; equal values mean equal materials in two
+                               // frames
+  PosedProcedures procedures;  // at both motion keys
+  std::vector<PosedDrawable> drawables;  // as Assembly::drawables
+  // In the order of Assembly::drawn, at both motion keys: the target of the drawables' spans when the pose deforms.
   std::vector<std::array<Deformed, 2>> deformed;
   std::vector<TessellationPattern> patterns;  // as Assembly::grid_patches
   std::vector<float>
       displacement_lod;  // as Assembly::grid_patches: level of detail of heights; 0 where nothing displaces
   std::array<std::vector<shaders::Light>, 2> lights;  // in world space, at both motion keys
-  std::vector<int> light_nodes;                       // as these: the nodes that have them
-  std::vector<bool> light_casts;                      // as these: whether anything may be in their way
-  std::array<Pose, 2> poses;                          // of the nodes
+  std::vector<int> light_nodes;                       // per light: its node
+  std::vector<bool> light_casts;                      // per light: whether anything may occlude it
+  std::array<Pose, 2> poses;                          // poses of the nodes
   bool any_motion = false;
-  bool moving_lights = false;  // anything of a light differs between the keys
-  std::uint64_t identity = 0;  // tells poses apart, for what is kept of them; never 0 once posed; its segments share it
-  // Where something moves along a curve: the parts of the shutter, one after the other, each posed at its own ends.
-  // Drawables that are curved move by them, others by the frame of the whole shutter.
+  bool moving_lights = false;  // some property of a light differs between the keys
+  std::uint64_t identity = 0;  // identifies a pose, for caches that depend on it; never 0 once posed; segments share it
+  // Where something moves along a curve: consecutive parts of the shutter, each posed at its own ends. Curved drawables
+  // move by the segments, other drawables by the frame of the whole shutter.
   std::vector<std::unique_ptr<FrameGeometry>> segments;
   double motion_error = 0;  // pixels: bound of the distance of the segments from the curves; 0 without segments
 
@@ -114,14 +120,14 @@ struct FrameGeometry {
     for (const auto& one : segments) all.push_back(one->part);
     return all;
   }
-  // The segment that holds time t, of a frame that has some.
+  // The segment that holds time t, in a frame with segments.
   int segment_of(float t) const {
     const int code = ShutterSegment::code_of(t);
     const auto after = std::upper_bound(segments.begin(), segments.end(), code,
                                         [](int at, const auto& segment) { return at < segment->part.first; });
     return static_cast<int>(after - segments.begin());
   }
-  // By which of them a patch moves at time t.
+  // Number of the segment by which a patch moves at time t, 0 for the frame itself.
   int segment_at(std::uint32_t patch, float t) const {
     return segments.empty() || !drawable_of(patch).curved ? 0 : segment_of(t);
   }
@@ -134,7 +140,8 @@ struct FrameGeometry {
     if (number == 0) return {*this, t};
     return {segment(number), segment(number).part.local(t)};
   }
-  // Whether a drawable is drawn by this frame's poses: curved ones by the segments', others by the whole shutter's.
+  // Whether this frame's poses draw a drawable: segments draw curved drawables, the frame of the whole shutter draws
+  // the others.
   bool moves_here(const PosedDrawable& drawable) const { return drawable.curved != part.whole(); }
 
   const PosedDrawable& drawable_of(std::uint32_t patch) const { return drawables[assembly->patch_drawable[patch]]; }
@@ -146,7 +153,7 @@ struct FrameGeometry {
     }
     return {lights[0], lights[1], t};
   }
-  // Of a patch that has a grid.
+  // Index of the grid of a patch that has one.
   std::uint32_t grid_of(std::uint32_t patch) const {
     const Drawable& drawable = assembly->drawable_of(patch);
     return drawable.first_grid + (patch - drawable.first_patch);
@@ -164,11 +171,11 @@ struct FrameGeometry {
   }
 };
 
-// All cells of a base patch: the grid of a Bezier patch, the list of a cluster.
+// All cells of a base patch: a Bezier patch's grid, or a cluster's list.
 CellRange patch_cells(const FrameGeometry& frame, std::uint32_t patch);
 
-// A frame's scene as it stands at one time of its shutter, 0 to 1: seen as at shutter open, with the grids of the frame,
-// without motion. Runs on all threads.
+// Poses a frame's scene at one time of its shutter, 0 to 1: with the projection of shutter open, with the grids of the
+// frame, and without motion. Runs on all threads.
 std::unique_ptr<FrameGeometry> pose_moment(const FrameGeometry& frame, double time);
 
 // Another view of a posed scene.
@@ -178,19 +185,19 @@ struct SceneView {
   std::vector<Material> materials;  // as Assembly::materials
   bool same_grids = false;          // patches keep the patterns of the scene
 };
-// The scene of a frame as it stands at shutter open, without lights, in another view. It refers to vertices of `scene`, which
-// must outlive it. Runs on all threads.
+// Poses a frame's scene at shutter open, without lights, in another view. The result refers to vertices of `scene`,
+// which must outlive it. Runs on all threads.
 std::unique_ptr<FrameGeometry> pose_view(const FrameGeometry& scene, SceneView view);
 
 // Poses the scene at both motion keys and fixes every patch's tessellation pattern. Runs on all threads.
 std::unique_ptr<FrameGeometry> pose_frame(const Assembly& assembly, const CameraChoice& camera,
                                           const FrameRequest& request);
 
-// The same, for a frame that follows `before` (null: none). Where nothing differs it is `before` itself, where a drawable
-// rests its patches keep their patterns.
+// The same, for a frame that follows `before` (null: none). Returns `before` itself where nothing differs; a drawable
+// that does not move keeps its patches' patterns.
 //
 // Invariant (cited by the tests):
-//   FG1  Whatever came before, the frame is what pose_frame() without it makes, but for times and identity.
+//   FG1  Whatever frame came before, the result equals the result of pose_frame() without it, except for times and identity.
 std::shared_ptr<const FrameGeometry> pose_frame(const Assembly& assembly, const CameraChoice& camera,
                                                 const FrameRequest& request,
                                                 std::shared_ptr<const FrameGeometry> before);

@@ -17,11 +17,12 @@ namespace {
 constexpr int kTimes = 17;
 constexpr double kHeightShare = 0.75, kWidthShare = 0.9;
 constexpr double kHalfField = 0.35;  // radians, from the middle of the image to its top
-// Of rigid meshes, over all times; beyond, their boxes stand in.
+// points of rigid meshes, over all times; beyond this number the meshes' boxes replace them
 constexpr std::size_t kMaxPoints = 16u << 20;
 
-// What points of the scene ask of a camera that looks along -back: in the frame of (right, up, back) it stands at
-// (cx, cy, cz), and a point is inside |x - cx| <= tan_x (cz - z), |y - cy| <= tan_y (cz - z).
+// Camera positions that see all added points, for a camera that looks along -back. In the frame of (right, up, back)
+// the camera stands at (cx, cy, cz), and a point is inside where |x - cx| <= tan_x (cz - z) and |y - cy| <= tan_y (cz -
+// z).
 class Extent {
  public:
   Extent(double tan_x, double tan_y, const DVec3& back) : tan_x_(tan_x), tan_y_(tan_y), back_(back) {
@@ -38,9 +39,9 @@ class Extent {
   }
   bool empty() const { return !(farthest_ <= nearest_); }
   const DVec3& back() const { return back_; }
-  // Halfway between what is nearest and what is farthest, along back().
+  // Halfway between the nearest and the farthest point, along back().
   double middle() const { return (nearest_ + farthest_) / 2; }
-  // Well inside of what was added, so that rounding does not matter.
+  // Whether p lies well inside of the added points, so that rounding does not matter.
   bool surrounds(const DVec3& p) const {
     const double x = glm::dot(p, right_), y = glm::dot(p, up_), z = glm::dot(p, back_);
     const double slack = 1e-9 * (std::abs(right_side_) + std::abs(left_side_) + std::abs(top_side_) +
@@ -54,7 +55,7 @@ class Extent {
   CameraChoice camera() const {
     const double z_for_x = (right_side_ + left_side_) / (2 * tan_x_),
                  z_for_y = (top_side_ + bottom_side_) / (2 * tan_y_);
-    // A point or nothing else has no size; in front of all points in any case.
+    // A single point, or an empty scene, has no size; the camera stands in front of all points in any case.
     const double depth = nearest_ - farthest_, size = std::max({depth, std::abs(nearest_) * 1e-6, 1e-9});
     const double cx = (right_side_ - left_side_) / 2, cy = (top_side_ - bottom_side_) / 2,
                  cz = std::max({z_for_x, z_for_y, nearest_ + 0.01 * size});
@@ -75,7 +76,7 @@ class Extent {
   double nearest_ = -kInfinity, farthest_ = kInfinity;
 };
 
-// From what is looked at to the camera.
+// Direction from the scene to the camera.
 DVec3 way_back(const std::optional<Orbit>& orbit) {
   const DVec3 usual = glm::normalize(DVec3(0.55, 0.35, 1.0));
   if (!orbit) return usual;
@@ -101,7 +102,7 @@ void add_procedure(const Procedure& procedure, const DMat4& world, Extent& exten
     }
 }
 
-// Whether a transform leaves surfaces an area: of a node that is scaled to a point or a line nobody sees anything.
+// Whether a transform leaves surfaces an area: a node that is scaled to a point or a line is invisible.
 bool keeps_area(const DMat4& to_world) {
   const DMat3 m(to_world);
   return glm::cross(m[1], m[2]) != DVec3(0.0) || glm::cross(m[2], m[0]) != DVec3(0.0) ||
@@ -118,10 +119,9 @@ bool on_one_line(std::span<const Vec3, 16> points, double share) {
   return !(across > share * glm::dot(along, along));
 }
 
-// The posed vertices that something is drawn with: a triangle without an area does not count, nor does a vertex that
-// belongs to no triangle.
+// The posed vertices of visible geometry: triangles without an area and vertices without a triangle do not count.
 std::vector<Vec3> drawn_points(const Primitive& primitive, const std::vector<Vec3>& positions) {
-  constexpr double kSliver = 1e-7;  // height over longest edge: what rounding leaves of a triangle without an area
+  constexpr double kSliver = 1e-7;  // height over longest edge of a triangle whose area is only rounding
   std::vector<bool> drawn(positions.size(), false);
   if (primitive.kind == Primitive::Kind::kBezierPatches)
     for (std::size_t first = 0; first + 16 <= positions.size(); first += 16)
@@ -151,7 +151,7 @@ std::vector<Vec3> box_corners(const std::vector<Vec3>& positions) {
   return corners;
 }
 
-// The points as one instance has them. A box that lies inside already adds nothing: of many instances few are looked at
+// Adds the points of one instance. A box inside the present extent adds nothing, so few of many instances are visited
 // point by point.
 void add_points(const std::vector<Vec3>& points, const std::vector<Vec3>& corners, const DMat4& to_world,
                 Extent& extent) {
@@ -170,7 +170,7 @@ std::size_t rigid_points(const Capture& capture) {
   return points;
 }
 
-// Adds what the scene draws at these times: nothing of it that is hidden, and nothing without an area.
+// Adds the visible surfaces of the scene at these times; surfaces without area are left out.
 void add_scene(const Capture& capture, const std::vector<double>& times, Extent& extent) {
   const bool by_boxes = rigid_points(capture) > kMaxPoints / times.size();
   struct Points {

@@ -21,7 +21,7 @@ constexpr std::uint8_t kUnnumbered = 0xff;
 using Corners = std::array<std::uint8_t, 4>;
 std::size_t corner_count(const ClusterCell& cell) { return cell.single() ? 3 : 4; }
 
-// The newest edges of the cells so far: what both ends of the code know.
+// The newest edges of the cells so far: encoder and decoder keep the same list.
 class RecentEdges {
  public:
   struct Edge {
@@ -72,7 +72,7 @@ class CellEncoder {
     edges_.add(numbers, corners, shared);
   }
 
-  // Vertices by their numbers; those without a cell come last.
+  // Vertices by their numbers; vertices without a cell come last.
   std::vector<std::uint8_t> order() const {
     std::vector<std::uint8_t> order = order_;
     for (std::size_t v = 0; v < number_.size(); ++v)
@@ -99,7 +99,7 @@ class CellDecoder {
  public:
   CellDecoder(BoundedBitReader& bits, std::size_t vertices) : bits_(bits), vertices_(vertices) {}
 
-  // Nothing where bits are no cell of the vertices.
+  // Returns nothing where the bits are no cell of the vertices.
   std::optional<ClusterCell> get() {
     const std::size_t corners = bits_.get(1) != 0 ? 3 : 4;
     Corners corner{};

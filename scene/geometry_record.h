@@ -11,9 +11,9 @@
 
 namespace tessera::scene {
 
-// Encoded positions and triangles of one base patch as the emulated memory holds them behind the header of its record,
-// which has the numbers of vertices and of cells, or with dgf of blocks. quantised and meshlet are a stream of bits, the lowest
-// of each byte first; the last byte is filled up:
+// Encoded positions and triangles of one base patch, as the emulated memory holds them after the header of its record.
+// The header has the numbers of vertices and of cells, or with dgf of blocks. quantised and meshlet are streams of
+// bits, the lowest bit of each byte first; the last byte is filled up:
 //
 //   8 bits       exponent of the lattice's step
 //   3 x 26 bits  anchor: a lattice point, two's complement
@@ -46,15 +46,16 @@ inline constexpr int kExponentBits = 8, kAnchorBits = 26, kWidthBits = 5;
 
 struct EncodedRecord {
   std::vector<std::uint8_t> bytes;
-  // The record's vertices by the place they have in it; 0, 1, 2, ... unless cells are coded.
+  // The record's vertices by their place in the record; 0, 1, 2, ... unless cells are coded.
   std::vector<std::uint8_t> order;
   // The number in the header: cells, or blocks of dgf.
   std::size_t parts = 0;
-  // Elements that a decoder gives: vertices, counted in each block that has them, and coded cells or triangles.
+  // Elements that a decoder outputs: vertices, counted in each block that has them, and coded cells or triangles.
   std::size_t elements = 0;
 };
-// `settings` are not raw; `points` are places of `lattice`, at most 64 of them, with dgf at most 2^kDgfPlaceBits; cells have
-// corners below their number, and make 124 triangles at most. With dgf each point is a corner of one.
+// `settings` are not raw. `points` are places of `lattice`, at most 64, and with dgf at most 2^kDgfPlaceBits from the
+// origin. The corners of cells are below the number of points; cells make at most 124 triangles. With dgf each point is
+// a corner of a triangle.
 EncodedRecord encode_record(const GeometrySettings& settings, const PositionLattice& lattice,
                             std::span<const LatticePoint> points, std::span<const ClusterCell> cells);
 
@@ -62,11 +63,11 @@ struct DecodedRecord {
   std::vector<Vec3> positions;
   std::vector<ClusterCell> cells;
 };
-// Any bytes as a record of so many vertices and parts: finite positions, at least one, and cells whose corners exist; or
-// nothing.
+// Reads any bytes as a record of so many vertices and parts. Returns finite positions, at least one, and cells whose
+// corners exist; or nothing.
 std::optional<DecodedRecord> read_record(const GeometrySettings& settings, std::span<const std::uint8_t> bytes,
                                          std::size_t vertices, std::size_t parts);
-// The same of bytes that encode_record() made.
+// The same for bytes that encode_record() made.
 DecodedRecord decode_record(const GeometrySettings& settings, std::span<const std::uint8_t> bytes, std::size_t vertices,
                             std::size_t parts);
 

@@ -10,18 +10,19 @@ namespace tessera::scene {
 
 struct Assembly;
 
-// What the emulated memory holds in place of a primitive's positions and cells, and what they decode to. Empty: floats, as
-// in the capture.
+// Encoded positions and cells of a primitive in the emulated memory, and their decoded values. Empty where the memory
+// holds floats, as in the capture.
 struct HeldGeometry {
-  std::vector<Vec3> positions;                 // decoded, by the primitive's vertex
-  std::vector<std::uint32_t> record_bytes;     // of each patch or cluster, behind the header
-  std::vector<std::uint16_t> record_elements;  // what a decoder gives of each: vertices, and coded cells or triangles
+  std::vector<Vec3> positions;              // decoded, by the primitive's vertex
+  std::vector<std::uint32_t> record_bytes;  // per patch or cluster: bytes after the header
+  std::vector<std::uint16_t>
+      record_elements;  // per record: elements that a decoder outputs: vertices, and coded cells or triangles
 
   bool raw() const { return positions.empty(); }
 };
 
-// Encodes the geometry of an assembly whose memory holds floats, and puts what it decodes to in its place: positions,
-// cells, bounds, groups and neighbours. Surfaces whose vertices may move, points, lines and procedures stay as they are.
+// Encodes the geometry of an assembly whose memory holds floats, and replaces positions, cells, bounds, groups and
+// neighbours by the decoded ones. Surfaces whose vertices may move, points, lines and procedures stay as they are.
 // Throws BudgetError where decoded positions need more memory than the capture left.
 //
 // Invariants (cited by the tests):

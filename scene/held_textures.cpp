@@ -16,7 +16,7 @@ namespace {
 using shaders::Texture;
 
 ktx2::BasisTexture unpack(const BasisImage& image, ktx2::BasisTarget target) {
-  // What the reader accepted and charged.
+  // No limits: the reader accepted and charged this image.
   const ImageLimits limits{std::numeric_limits<int>::max(), std::numeric_limits<std::uint64_t>::max()};
   ktx2::BasisTexture texture;
   std::string fault;
@@ -24,7 +24,7 @@ ktx2::BasisTexture unpack(const BasisImage& image, ktx2::BasisTarget target) {
   return texture;
 }
 
-// With `colors` unless others take their place.
+// Replaces KTX2 images by their blocks; `colors` is false where other blocks replace the colour textures.
 void hold_basis_images(const Capture& capture, ktx2::BasisTarget target, bool colors, HeldTextures& held) {
   if (target == ktx2::BasisTarget::kRgba32) return;
   for (const BasisImage& image : capture.basis_images) {
@@ -66,7 +66,7 @@ std::shared_ptr<const Texture> encoded(const Texture& texture, BlockFormat forma
 }
 
 void hold_blocks(const Capture& capture, BlockFormat format, HeldTextures& held) {
-  // By transfer function, in the order of the materials: an encoder has one of them.
+  // Textures by transfer function, in the order of the materials: an encoder has one transfer function.
   std::array<std::vector<const Texture*>, 2> wanted;
   MemoryBudget budget(capture.max_bytes, capture.file.string(), std::min(capture.charged_bytes, capture.max_bytes));
   std::uint64_t working = 0;

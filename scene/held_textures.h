@@ -10,22 +10,22 @@
 
 namespace tessera::scene {
 
-// What the emulated memory holds in place of a capture's textures: ASTC blocks of KTX2 images, blocks of all textures for
-// texture.format, and the texels that these decode to. A texture that is in neither map stays as it is.
+// Textures in the emulated memory that differ from the capture's: ASTC blocks of KTX2 images, blocks of all textures
+// for texture.format, and the texels decoded from them. A texture that is in neither map stays as it is.
 //
 // Invariants (cited by the tests):
-//   HT1  Each level of a texture that is encoded is encoded for itself, from the texels that the file has or that were
-//        made from them; its transfer function stays.
-//   HT2  Displacement maps are those of the stored textures whatever texture.format is.
-//   HT3  What is charged is never less than what it takes of memory.
+//   HT1  Each level of an encoded texture is encoded separately, from the texels of the file or from the levels that
+//        were made from them; its transfer function stays.
+//   HT2  Displacement maps are the stored textures' maps whatever texture.format is.
+//   HT3  The charge is never less than the memory used.
 struct HeldTextures {
   std::map<const shaders::Texture*, std::shared_ptr<const shaders::Texture>> textures;
   std::map<const shaders::ScalarTexture*, std::shared_ptr<const shaders::ScalarTexture>> heights;
-  // Bytes that texture.format takes of those that the reader left: each format of a study takes its own. The reader
-  // charged those of KTX2 images.
+  // Bytes that texture.format uses of the bytes that the reader left: each format of a study uses its own. The reader
+  // charged the bytes of KTX2 images.
   std::uint64_t charged_bytes = 0;
 
-  // Replaces the textures of the capture's materials, or of ones made from them.
+  // Replaces the textures of the capture's materials, or of materials made from them.
   void put_into(std::vector<Material>& materials) const;
 };
 

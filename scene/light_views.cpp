@@ -13,8 +13,7 @@ namespace tessera::scene {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-// A spot light whose cone is wider than this gets the faces of a cube: 120 degrees, and what rounding the cosine makes
-// of them.
+// A spot light whose cone is wider than this gets the faces of a cube: 120 degrees plus the rounding of the cosine.
 constexpr double kWidestCone = 2.0943951023931953 + 1e-6;
 // The nearest depth of a perspective map, over the farthest.
 constexpr double kNearShare = 1e-4;
@@ -126,7 +125,7 @@ std::vector<LightView> cone_or_cube(const FrameGeometry& frame, const ShadowLigh
 
 // ---- Directional lights -----------------------------------------------------------------------------------------
 
-// A part of what the camera sees: all that lies between two depths.
+// A part of the camera's view between two depths.
 struct Slice {
   double near, far;
 };
@@ -145,7 +144,7 @@ std::vector<Slice> split(double near, double far, int count) {
   return slices;
 }
 
-// Half the width and the height of what is seen at a depth.
+// Half the width and the height of the view at a depth.
 DVec2 half_seen(const Projection& projection, double depth) {
   return DVec2(projection.center_x, projection.center_y) / projection.scale * (projection.orthographic ? 1.0 : depth);
 }
@@ -169,7 +168,8 @@ struct Sphere {
 Sphere sphere_around(const Projection& projection, const View& view, const Slice& slice) {
   const double near = glm::length(half_seen(projection, slice.near)),
                far = glm::length(half_seen(projection, slice.far));
-  // On the camera's axis, as far from the corners in front as from those behind, but not behind these.
+  // The centre lies on the camera's axis, equally far from the front and the back corners, but not behind the back
+  // ones.
   const double length = std::max(slice.far - slice.near, 1e-300);
   const double depth =
       std::clamp(0.5 * (slice.near + slice.far + (far - near) * (far + near) / length), slice.near, slice.far);

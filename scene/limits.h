@@ -18,41 +18,41 @@
 
 namespace tessera::scene {
 
-// How a capture is read, and what that may cost. Every allocation whose size a file decides is charged before it is made.
+// Options and limits of reading a capture. Every allocation whose size depends on the file is charged before it is
+// made.
 struct CaptureLimits {
   std::uint64_t max_bytes = 4ull << 30;       // decoded data of one capture, all together
   std::uint64_t max_file_bytes = 2ull << 30;  // any one file
   ImageLimits image{};
-  bool strict = false;  // refuse what glTF forbids also where it has one meaning, instead of a note
-  bool audit = false;   // name also what glTF forbids and no image depends on; `strict` implies it
-  // KHR_materials_variants: whose materials are drawn, by name; without, those that the primitives name themselves.
+  bool strict = false;  // refuse violations of glTF even where they have one meaning, instead of a note
+  bool audit = false;   // also name violations of glTF on which no image depends; `strict` implies it
+  // KHR_materials_variants: name of the drawn variant; unset: the materials that the primitives themselves name.
   std::optional<std::string> variant{};
 };
 
-// What a budget refuses. Its message names the file.
+// Error of a budget whose limit a charge exceeds. Its message names the file.
 class BudgetError : public LimitError {
  public:
   using LimitError::LimitError;
 };
 
-// A charge that has been made.
+// A completed charge.
 struct Charge {
   std::uint64_t count, size;
   std::string what;
 };
 
-// The account of one reading, or of one frame.
+// The memory account of one reading, or of one frame.
 //
-// Work that is done ahead has accounts of its own, on any thread: they draw on a room that they share, and write their
-// charges down, to be made again when the work is used. What was drawn and waits keeps its room here until then, or
-// until a charge needs it.
+// Work ahead has its own accounts, on any thread: they draw on a room that they share, and write down their charges, to
+// be made again when the work is used. Until then the waiting bytes keep their room here, or until a charge needs it.
 //
 // Invariants (cited by the tests):
-//   MB1  Charges and refusals are those of an account without anything that waits.
-//   MB2  What was charged and what waits are never more than the limit together.
+//   MB1  Charges and refusals are the same as in an account without waiting bytes.
+//   MB2  The charged and the waiting bytes together never exceed the limit.
 class MemoryBudget {
  public:
-  // `file`: what messages begin with, if anything. `used` bytes are used already; must not be more.
+  // Messages begin with `file`, unless it is empty. `used` bytes are already used, at most max_bytes.
   explicit MemoryBudget(std::uint64_t max_bytes, const std::string& file = "", std::uint64_t used = 0)
       : max_bytes_(max_bytes), used_(used), file_(file.empty() ? "" : escape_control(file) + ": ") {}
 
@@ -60,8 +60,8 @@ class MemoryBudget {
   MemoryBudget(std::atomic<std::uint64_t>& room, std::vector<Charge>& charges)
       : max_bytes_(std::numeric_limits<std::uint64_t>::max()), used_(0), room_(&room), ahead_(&charges) {}
 
-  // Charges count * size bytes. Throws BudgetError (overflow included), naming what was asked for: a text, a place in
-  // the file, or a function that makes the text.
+  // Charges count * size bytes. Throws BudgetError (overflow included) that names the allocation: `what` is a text, a
+  // place in the file, or a function that makes the text.
   template <class What>
   void charge(std::uint64_t count, std::uint64_t size, const What& what) {
     if (ahead_ != nullptr) return charge_ahead(count, size, text(what));
@@ -76,12 +76,12 @@ class MemoryBudget {
   std::uint64_t used_bytes() const { return used_; }
   std::uint64_t left_bytes() const { return max_bytes_ - used_; }
 
-  // `bytes` that were drawn by work ahead wait to be charged; no more than left_bytes(). `drop` frees all that waits.
+  // Marks `bytes` drawn by work ahead as waiting to be charged; at most left_bytes(). `drop` frees all waiting values.
   void keep_waiting(std::uint64_t bytes, std::function<void()> drop) {
     waiting_ = bytes;
     drop_ = std::move(drop);
   }
-  // So many of them wait no longer.
+  // So many bytes are no longer waiting.
   void stop_waiting(std::uint64_t bytes) { waiting_ -= bytes; }
 
  private:

@@ -5,7 +5,7 @@
 
 #include "scene/capture.h"
 
-// Captures that are made in memory, piece by piece: small scenes of tests and of `selfcheck --stability`.
+// Captures made in memory, piece by piece: small scenes for tests and for `selfcheck --stability`.
 namespace tessera::scene::made {
 
 // Adds a material and returns its number.
@@ -14,14 +14,15 @@ int add_material(Capture& capture, Material material = {});
 int add_node(Capture& capture, Primitive primitive, const DVec3& translation = DVec3(0.0));
 // Adds a camera at `eye` that looks along -z; returns its node.
 int add_camera(Capture& capture, const DVec3& eye, const Camera& camera = {});
-// A rotation that turns -z, along which cameras and lights look, towards a direction. Straight down, y is up as -z.
+// A rotation that turns -z, along which cameras and lights look, towards a direction. For a direction straight down,
+// the image's up is -z.
 DQuat looking(const DVec3& direction);
-// Adds a light at a place, looking along a direction, and has it cast; returns its node.
+// Adds a light at a place that looks along a direction and casts shadows; returns its node.
 int add_light(Capture& capture, const shaders::Light& light, const DVec3& place, const DVec3& direction,
               const ShadowRequest& maps = {});
-// Adds a channel to the animation that plays.
+// Adds a channel to the played animation.
 void play(Capture& capture, const AnimationChannel& channel);
-// The node's only morph target comes in during the first second.
+// Animates the node's only morph target from 0 to 1 during the first second.
 void add_morph(Capture& capture, int node);
 
 Primitive triangles(std::vector<Vec3> positions, std::vector<std::uint32_t> indices, int material = kNone);

@@ -7,7 +7,7 @@ namespace {
 
 using enum MaterialEffect;
 
-// The effect of each texture; the core's have none.
+// The effect of each texture; core textures have none.
 constexpr std::array<std::optional<MaterialEffect>, kMaterialTextureCount> effect_of_textures() {
   std::array<std::optional<MaterialEffect>, kMaterialTextureCount> effects;
   std::size_t slot = kCoreTextureCount;
@@ -18,7 +18,7 @@ constexpr std::array<std::optional<MaterialEffect>, kMaterialTextureCount> effec
   return effects;
 }
 
-// Whether `effects` has what an effect needs.
+// Whether `effects` has the other effects that an effect needs.
 bool is_supported(MaterialEffect effect, const MaterialEffects& effects) {
   const auto has = [&](MaterialEffect other) { return effects[static_cast<std::size_t>(other)]; };
   const bool needs[] = {
@@ -99,7 +99,7 @@ struct Rows {
 Rows read_rows() {
   using enum shaders::ColorSpace;
   Rows rows;
-  // What was opened last.
+  // The object that was opened last.
   std::string object;
   std::optional<MaterialEffect> effect;
   bool of_extension = false, archived = false;

@@ -20,7 +20,7 @@ namespace tessera::scene {
 
 // ---- Textures ---------------------------------------------------------------------------------------------------
 
-// What a texture is in the file.
+// Format of a texture in the file, and its levels there.
 enum class TextureFormat : std::uint8_t { kPng, kJpeg, kWebp, kKtx2Etc1s, kKtx2Uastc };
 struct TextureSource {
   TextureFormat format = TextureFormat::kPng;
@@ -45,7 +45,7 @@ struct TextureSlot {
   TextureSource source;
   shaders::Sampler sampler;
   int texcoord = 0;
-  TextureShift shift;  // what `transform` is made from, for animations of it
+  TextureShift shift;  // source of `transform`, for animations of it
   shaders::TextureTransform transform;
 };
 
@@ -60,7 +60,7 @@ struct Displacement {
   float bias = 0.0f;
 };
 
-// How far displacement takes a surface from its patches, at most, in the mesh's units.
+// Upper bound of the distance between a displaced surface and its patches, in the mesh's units.
 inline double displacement_limit(const Displacement& displacement) {
   const auto bias = static_cast<double>(displacement.bias), scale = static_cast<double>(displacement.scale);
   return std::max(std::abs(bias), std::abs(bias + scale));
@@ -80,7 +80,7 @@ struct Material {
   Vec4 base_color{1.0f};
   float metallic = 1.0f, roughness = 1.0f;
   Vec3 emissive{0.0f};
-  Vec3 emissive_factor{0.0f};      // what `emissive` is made from, for animations of it:
+  Vec3 emissive_factor{0.0f};      // source of `emissive`, for animations of it:
   float emissive_strength = 1.0f;  // KHR_materials_emissive_strength
   float normal_scale = 1.0f, occlusion_strength = 1.0f;
   TextureSlot base_color_texture, metallic_roughness_texture, normal_texture, occlusion_texture, emissive_texture;
@@ -91,13 +91,13 @@ struct Material {
   bool glows_unlit = false;  // unlit, and its emission is added: points and lines without normals
   std::optional<Displacement> displacement;
 
-  MaterialEffects effects;  // none where it is unlit
+  MaterialEffects effects;  // none for an unlit material
 #define EFFECT(Name, member, ...) Name member;
 #include "scene/material_extensions.def"
 
   bool has(MaterialEffect effect) const { return effects[static_cast<std::size_t>(effect)]; }
 
-  // By MaterialTexture.
+  // Indexed by MaterialTexture.
   std::array<TextureSlot*, kMaterialTextureCount> slots() { return slots_of<TextureSlot*>(*this); }
   std::array<const TextureSlot*, kMaterialTextureCount> slots() const { return slots_of<const TextureSlot*>(*this); }
 
@@ -130,15 +130,16 @@ inline constexpr std::array<std::string_view, kMaterialTextureCount> kMaterialTe
 // Whether the material's pixel shader reads a slot, if there is a texture.
 bool is_read(const Material& material, MaterialTexture slot);
 
-// The layers that a material's factors and textures ask for. Specular-glossiness, which none of them shows, stays as it is.
+// The layers that a material's factors and textures ask for. Specular-glossiness stays as it is, because no factor or
+// texture shows it.
 MaterialEffects effects_in_force(const Material& material);
 
-// Without the effects that need another one which is not there.
+// Drops the effects that need a missing effect.
 MaterialEffects drop_unsupported(MaterialEffects effects);
 
 EffectFlags flags_of(const MaterialEffects& effects);
 
-// Takes a layer, by its name in kMaterialEffectNames, and those that need it from a material; any other name changes nothing.
+// Removes a layer, by its name in kMaterialEffectNames, and the layers that need it; any other name changes nothing.
 void leave_out(std::string_view effect, Material& material);
 
 // ---- Rows of material_extensions.def ----------------------------------------------------------------------------
@@ -146,32 +147,33 @@ void leave_out(std::string_view effect, Material& material);
 struct NumberRange {
   double low, high;
   bool above_low = false;     // `low` itself is outside
-  bool zero_besides = false;  // 0 stands for infinity
+  bool zero_besides = false;  // 0 is allowed too and stands for infinity
 
-  float nearest(double value) const;  // within the range
+  float nearest(double value) const;  // the nearest value within the range
 };
 
 // A number or colour of a material.
 struct MaterialNumber {
   std::string pointer;  // within the material (RFC 6901)
   int components;
-  float value;  // where its object lacks it
+  float value;  // default where the object lacks it
   NumberRange range;
-  std::optional<MaterialEffect> effect;  // what it belongs to; a material has it from the first frame on if it moves
-  bool animated;                         // KHR_animation_pointer may name it
+  std::optional<MaterialEffect>
+      effect;     // its effect; a material whose number moves has the effect from the first frame on
+  bool animated;  // KHR_animation_pointer may name it
   float* (*of)(Material&);
 
   const float* in(const Material& material) const { return of(const_cast<Material&>(material)); }
 };
 const std::vector<MaterialNumber>& material_numbers();
 
-// Where a material's texture is in the file, and what its texels are.
+// The place of a material's texture in the file, and the meaning of its texels.
 struct MaterialTextureRow {
   std::string object, name;  // pointer to the object that may have it, within the material; its member there
   MaterialTexture slot;
   shaders::ColorSpace space;
   bool of_extension;
-  bool replaces;  // the slot has a row of its own besides
+  bool replaces;  // another row has the same slot
 };
 const std::vector<MaterialTextureRow>& material_textures();
 

@@ -17,13 +17,13 @@ namespace {
 
 constexpr std::size_t kPoints = 64;      // of a primitive whose vertices move
 constexpr std::size_t kPatches = 32;     // of a displaced primitive that deforms
-constexpr std::size_t kMaxFlips = 64;    // that are looked for exactly
+constexpr std::size_t kMaxFlips = 64;    // number of flips that are located exactly
 constexpr int kFlipSteps = 20;           // halvings
 constexpr std::size_t kCubicPieces = 4;  // of a cubic spline between two keys, at least
 constexpr std::size_t kZoomPieces = 2;
-constexpr std::size_t kLooks = 5;  // times of a piece at which it is looked at: its ends and its quarters
+constexpr std::size_t kLooks = 5;  // times at which a piece is sampled: its ends and its quarters
 constexpr double kBetweenPlaces =
-    0.05;  // [assumed] of an offset: how far normals point beyond those that are looked at
+    0.05;  // [assumed] share of an offset by which normals may point beyond the sampled ones
 
 bool moves_on_screen(AnimatedPath path) {
   return path <= AnimatedPath::kWeights || path >= AnimatedPath::kShapeNumbers ||
@@ -89,7 +89,7 @@ Activity activity(const Capture& capture, int camera_node, double a, double b) {
     if (channel.times.empty() || b <= static_cast<double>(channel.times.front()) ||
         a >= static_cast<double>(channel.times.back()))
       return;
-    // So do tips of displaced patches whose normals a morph turns.
+    // Tips of displaced patches whose normals a morph turns move along curves as well.
     out.cubic = out.cubic || channel.interpolation == Interpolation::kCubicSpline ||
                 (channel.path == AnimatedPath::kWeights && displaces(capture, channel.node));
     out.zoom = out.zoom || channel.path >= AnimatedPath::kFieldOfView;
@@ -153,7 +153,7 @@ double pixels_of(const DVec4& difference, const DVec4& at, const Projection& p) 
 
 bool in_front(const DVec4& at, const Projection& p) { return p.orthographic || at.w >= p.near; }
 
-// Those of a piece, in even steps.
+// The instants of a piece, in even steps.
 using Instants = std::array<const Instant*, kLooks>;
 
 // Points of a drawable in the space that a matrix takes to the world.
@@ -164,20 +164,20 @@ void add_corners(const DVec3& low, const DVec3& high, Points& out) {
     out.emplace_back((k & 1) != 0 ? high.x : low.x, (k & 2) != 0 ? high.y : low.y, (k & 4) != 0 ? high.z : low.z, 1.0);
 }
 
-// What is common to the instances of a primitive.
+// Data that the instances of a primitive share.
 struct Body {
-  Points corners;     // of its box, of what it draws: what a matrix does to these it does to no point more
+  Points corners;     // of the box of its surface: a matrix moves no point of it farther than these
   Primitive sampled;  // where vertices move: some of them
   bool wire = false, deforms = false;
-  // Displaced surfaces that deform: corners of the box of what each joint moves, or the node.
+  // Displaced surfaces that deform: corners of the boxes of the vertices that each joint, or the node, moves.
   std::vector<std::pair<int, Points>> parts;  // the joint's number in the skin; kNone: by the node
-  // Whole patches of theirs, and the lowest and highest offset: where normals turn, tips move along curves whatever
-  // control points do.
+  // Whole patches of such surfaces, and the lowest and highest offset: where normals turn, tips move along curves
+  // whatever the control points do.
   Primitive surfaces;
   std::array<double, 2> offsets{};
 };
 
-// What a primitive of a body has at an instant.
+// The state of a body's primitives at an instant.
 struct DeformedBody {
   Deformed sampled, surfaces;
 };
@@ -318,7 +318,7 @@ class MotionMeter {
       body.corners = primitive.kind == Primitive::Kind::kBezierPatches && posed.material->displacement
                          ? displaced_corners(vertices, *posed.material->displacement)
                          : corners_of(vertices, drawn_vertices, 0, [](std::uint32_t) { return true; });
-      // Of a box that the camera is in its corners say nothing.
+      // The corners of a box around the camera tell nothing.
       for (const Vec3& p : body.sampled.vertices.positions) body.corners.emplace_back(DVec3(p), 1.0);
       return body;
     }
@@ -401,7 +401,7 @@ class MotionMeter {
     to.vertices.morph_targets.resize(from.vertices.morph_targets.size());
     std::vector<std::size_t> wanted;
     for (std::size_t g = 0; g < groups; g += step) wanted.push_back(g);
-    // Tips move farthest: those of eight diagonals and six axes are among them.
+    // Tips move farthest: the tips along eight diagonals and six axes are among the wanted ones.
     for (int direction = 0; direction < 27 && groups > 0; ++direction) {
       const Vec3 along(static_cast<float>(direction % 3 - 1), static_cast<float>(direction / 3 % 3 - 1),
                        static_cast<float>(direction / 9 - 1));
@@ -424,7 +424,7 @@ class MotionMeter {
            vertices_to_world(capture_, posed.drawable->node, posed.drawable->instance, primitive, now.pose, now.view);
   }
 
-  // Where points of a drawable are on the raster: what its vertices are at that time where they move.
+  // Places the points of a drawable on the raster; moving vertices are taken at that time.
   void place(const PosedDrawable& posed, const Body& body, const DeformedBody& deformed, const Instant& now,
              Points& out) const {
     out.clear();
@@ -562,8 +562,9 @@ class MotionMeter {
     return (p[1] * 48.0 - p[0] * 25.0 - p[2] * 36.0 + p[3] * 16.0 - p[4] * 3.0) / 12.0;
   }
 
-  // The most pixels of a second difference along a piece. It is taken as linear, as it is for cubic splines: at the
-  // ends of the piece from those of its quarters. Each is seen from its own place.
+  // The largest second difference along a piece, in pixels. It is treated as linear, which it is for cubic splines: its
+  // values at the ends of the piece are extrapolated from the values at the quarters. Each is projected at its own
+  // place.
   static double max_acceleration(const std::array<DVec4, kLooks>& p, const Instants& instants) {
     const auto second = [&](std::size_t k) { return p[k - 1] - p[k] * 2.0 + p[k + 1]; };
     const DVec4 change = (second(3) - second(1)) * 0.5;

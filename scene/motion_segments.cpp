@@ -13,9 +13,9 @@ namespace {
 constexpr double kCodes = ShutterSegment::kCodes;
 constexpr int kHalvings = 30;
 constexpr double kSnap = 0.15;  // of a piece: it ends at a kink that is so near to its end
-// Where the error is beyond this many times the one that was asked for, pieces get uneven lengths: so far off, a motion
-// may repeat itself from end to end and not be seen. Uneven pieces have longer chords among them, which cost area, so a
-// number of segments that someone asked for stays even for longer.
+// Where the error exceeds the requested one by more than this factor, pieces get uneven lengths: at such errors a
+// periodic motion could hide between the ends of even pieces. Uneven pieces have longer chords among them, which cost
+// area, so a requested number of segments stays even for longer.
 constexpr double kUneven = 4, kUnevenOnRequest = 32;
 constexpr double kGolden = 0.6180339887498949;
 
@@ -141,7 +141,7 @@ double least_limit(const ChordError& error, const std::vector<double>& given, do
   return high;
 }
 
-// Moves ends that were not given, each by another share of the shorter piece beside it.
+// Moves all ends but the given ones, each by a different share of the shorter adjacent piece.
 void make_uneven(const std::vector<double>& given, std::vector<double>& ends) {
   const std::vector<double> even = ends;
   for (std::size_t k = 1; k + 1 < ends.size(); ++k) {
@@ -182,7 +182,7 @@ SegmentPlan plan_segments(const FrameGeometry& frame, const CameraChoice& camera
     return cuts = true;
   };
   for (std::size_t d = 0; d < curves.drawables.size(); ++d) {
-    // What the sampling controller draws has its footprints on the whole shutter's motion.
+    // The sampling controller draws procedures with footprints on the whole shutter's motion.
     const bool sampled = frame.drawables[d].procedure != nullptr && request.sample_procedures;
     plan.curved[d] = !sampled && frame.drawables[d].visible && is_curved(curves.drawables[d]);
   }

@@ -18,7 +18,7 @@ namespace {
 
 using Fault = std::optional<GraphFault>;
 
-// As `frame` and `depth` are, as far as that does not depend on the machine.
+// An attachment like `frame` and `depth`, as far as they do not depend on the machine.
 Attachment existing(std::string_view name, AttachmentFormat format) {
   Attachment attachment;
   attachment.name = name;
@@ -61,9 +61,9 @@ std::vector<std::string> all_writes(const PassGraph& graph, const Pass& pass) {
   return names;
 }
 
-// Who writes and who samples an attachment, as indices of passes in the order of the list.
-//   writer_of()  The pass whose contents a sampling pass finds: the last writer before it, else the first one behind it;
-//                -1 for the contents of the frame before, and where nothing writes the attachment.
+// Writers and samplers of an attachment, as indices of passes in the order of the list.
+//   writer_of()  The pass whose contents a sampling pass finds: the last writer before it, else the first one after it;
+//                -1 for the contents of the previous frame, and where no pass writes the attachment.
 class Uses {
  public:
   explicit Uses(const PassGraph& graph) : graph_(graph) {
@@ -84,7 +84,7 @@ class Uses {
     const bool persistent = attachment != nullptr && attachment->life == AttachmentLife::kPersistent;
     return all.empty() || persistent ? -1 : all.front();
   }
-  // The pass that overwrites what `writer` (-1: the frame before) left; -1 where none does.
+  // The pass that overwrites the result of `writer` (-1: the previous frame); -1 where none does.
   int next_writer(const std::string& name, int writer) const {
     const std::vector<int>& all = writers(name);
     const auto next = std::upper_bound(all.begin(), all.end(), writer);

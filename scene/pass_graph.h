@@ -38,9 +38,9 @@ struct Attachment {
 
   std::string name;
   AttachmentFormat format = AttachmentFormat::kRgba8;
-  std::optional<std::array<int, 2>> size;  // width and height in pixels; else `scale` times those of the frame
+  std::optional<std::array<int, 2>> size;  // width and height in pixels; unset: `scale` times the frame's
   double scale = 1;                        // (0, 16]
-  int samples = 0;                         // of a pixel, a power of two; 0: as many as the frame has
+  int samples = 0;                         // samples of a pixel, a power of two; 0: as many as the frame has
   int layers = 1, levels = 1;
   AttachmentLife life = AttachmentLife::kFrame;
 };
@@ -53,7 +53,7 @@ enum class PassShader : std::uint8_t {
   kDepth,    // draws, and writes depth only
   kForward,  // draws shaded surfaces
   kGbuffer,  // draws the parameters of surfaces
-  kLight,    // shades what kGbuffer left
+  kLight,    // shades the surfaces that kGbuffer stored
   kReduce,   // makes levels
   kBloom,
   kTonemap,
@@ -64,8 +64,8 @@ inline constexpr std::array<std::string_view, 9> kPassShaderNames = {"depth", "f
                                                                      "bloom", "tonemap", "taa",     "copy"};
 inline bool is_drawing(PassShader shader) { return shader <= PassShader::kGbuffer; }
 
-// Draws or runs over the image in tile memory. It takes `input` from there, at its own pixel, as earlier subpasses of the
-// same pass left it; `sample` are textures that other passes have stored.
+// Draws patches, or runs a shader over the image in tile memory. It reads `input` from there, at its own pixel, as
+// earlier subpasses of the same pass left it; `sample` are textures that other passes have stored.
 struct Subpass {
   DrawFilter draw = DrawFilter::kNothing;
   PassShader shader = PassShader::kForward;
@@ -85,7 +85,7 @@ struct Pass {
   std::string name;
   PassView view = PassView::kCamera;
   std::vector<Subpass> subpasses;  // at least one
-  bool lists_subpasses = false;    // false: the file gives the fields of the only subpass as those of the pass
+  bool lists_subpasses = false;    // false: the file gives the fields of the only subpass in the pass itself
   // Overrides of the actions that follow from the graph, by attachment.
   std::vector<std::pair<std::string, LoadAction>> load;
   std::vector<std::pair<std::string, StoreAction>> store;
@@ -97,7 +97,7 @@ struct PassGraph {
   std::vector<Attachment> attachments;  // without `frame` and `depth`
   std::vector<Pass> passes;             // at least one
 
-  // nullptr for `frame`, `depth` and names that the graph does not have.
+  // Returns nullptr for `frame`, `depth` and names that the graph does not have.
   const Attachment* find(std::string_view name) const;
 };
 
@@ -118,25 +118,25 @@ struct GraphFault {
 //   RG2  Attachments that one pass writes have one size, one number of layers and one number of samples. They are at most
 //        8 colours and one depth. A pass that draws writes `depth`, unless it writes another attachment of a depth format.
 //   RG3  An input was written by an earlier subpass of the same pass.
-//   RG4  A pass samples nothing that it writes, but for a persistent attachment of which it finds the contents of the
+//   RG4  A pass samples nothing that it writes, except a persistent attachment, of which it finds the contents of the
 //        previous frame. Transient attachments are neither sampled nor loaded nor stored.
-//   RG5  Some pass writes what is sampled, and some pass writes `frame`. No pass discards what another one samples from
-//        it, and the last one that writes `frame` stores it.
+//   RG5  Some pass writes each sampled attachment, and some pass writes `frame`. No pass discards an attachment that
+//        another one samples from it, and the last pass that writes `frame` stores it.
 //   RG6  Passes have an order: see pass_order().
-//   RG7  A shader has what it needs: `depth`, `forward` and `gbuffer` draw, others do not; `depth` writes no colours, others
-//        write something; `light`, `tonemap` and `copy` read an input or a sample, `reduce`, `bloom` and `taa` a sample;
-//        one sample of `taa` is persistent. A pass of the right eye draws.
+//   RG7  A shader has its operands: `depth`, `forward` and `gbuffer` draw, others do not; `depth` writes no colours,
+//        others write something; `light`, `tonemap` and `copy` read an input or a sample, `reduce`, `bloom` and `taa` a
+//        sample; one sample of `taa` is persistent. A pass of the right eye draws.
 std::optional<GraphFault> find_fault(const PassGraph& graph);
 
-// Passes in the order in which they run, as indices. A pass that samples an attachment runs after the last pass listed
-// before it that writes the attachment, and before the next one; without one before it, it runs after the first one listed
-// behind it. (It does not wait for the latter where the attachment is persistent.) Passes that write one attachment run in
-// the order of the list, and so do all passes between which nothing decides. Empty where passes wait for each other.
+// Passes in the order in which they run, as indices. A pass that samples an attachment runs after the last writer of
+// the attachment that is listed before it, and before the next writer. Without a writer before it, it runs after the
+// first writer listed after it, unless the attachment is persistent. Passes that write one attachment run in the order
+// of the list, and so do passes without a dependency between them. Empty where the dependencies form a cycle.
 std::vector<int> pass_order(const PassGraph& graph);
 
-// Bytes of tile memory that a sample of a pass needs: 4 of depth and, where it writes colours, as many as these have, at
-// least the 16 of the visibility record in whose place they lie; a pass that draws nothing has its colours alone.
-// `frame_bits`: of a sample of `frame`. The graph has passed find_fault().
+// Bytes of tile memory per sample of a pass: 4 for depth plus the bytes of its colours. Colours take at least 16 bytes,
+// because they share their place with the visibility record. A pass that draws nothing has its colours alone.
+// `frame_bits`: bits of a sample of `frame`. The graph has passed find_fault().
 int tile_bytes_per_sample(const PassGraph& graph, const Pass& pass, int frame_bits = 32);
 
 }  // namespace tessera::scene

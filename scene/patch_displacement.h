@@ -7,8 +7,8 @@
 namespace tessera::scene {
 
 // Displacement of one Bezier patch: the texture coordinates of its four corners, transformed, and the level of detail
-// at which its vertices read the heights. Coordinates inside are bilinear between the corners; those of the inner
-// control points are not used.
+// at which its vertices read the heights. Coordinates inside are bilinear between the corners; the texture coordinates
+// of the inner control points are not used.
 struct PatchDisplacement {
   const Displacement* material = nullptr;
   std::array<Vec2, 4> corner;  // (0,0), (1,0), (0,1), (1,1)
@@ -18,7 +18,8 @@ struct PatchDisplacement {
     const Vec2 low = corner[0] * (1.0f - u) + corner[1] * u, high = corner[2] * (1.0f - u) + corner[3] * u;
     return low * (1.0f - v) + high * v;
   }
-  // Box of the coordinates over a box of parameters: they are bilinear, so it is the hull of the four corners.
+  // Box of the coordinates over a box of parameters: the coordinates are bilinear, so it is the hull of the box's
+  // corners.
   struct Footprint {
     Vec2 low, high;
   };
@@ -35,9 +36,9 @@ struct PatchDisplacement {
 
 // Both require a Bezier patch whose material displaces.
 //
-// The level of detail is log2 of the texels that one cell of the patch's grid spans, along the direction where that is
-// more, plus TessellationSettings::displacement_bias, and never below 0; it needs the patch's pattern and is kept in
-// FrameGeometry::displacement_lod.
+// The level of detail is log2 of the number of texels that one cell of the patch's grid spans, along the direction with
+// more texels, plus TessellationSettings::displacement_bias, and never below 0. It needs the patch's pattern and is
+// kept in FrameGeometry::displacement_lod.
 float choose_displacement_lod(const FrameGeometry& frame, const PosedDrawable& drawable, std::uint32_t patch);
 PatchDisplacement patch_displacement(const FrameGeometry& frame, const PosedDrawable& drawable, std::uint32_t patch);
 

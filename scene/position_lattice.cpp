@@ -29,7 +29,7 @@ struct Box {
   bool empty() const { return low.x > high.x; }
 };
 
-// Meshes that share a lattice, as a forest.
+// Sets of meshes that share a lattice, as a forest.
 class MeshSets {
  public:
   explicit MeshSets(std::size_t meshes) : parent_(meshes) { std::iota(parent_.begin(), parent_.end(), std::size_t{0}); }

@@ -15,9 +15,9 @@ Keys<ShadowSettings> shadow_keys() {
       {"shadows.size", &S::size, "texels", 0, 16384, "Along the sides of all maps; 0 takes the capture's."},
       {"shadows.cascades", &S::cascades, "", 0, 8, "Maps of a directional light; 0 takes the capture's."},
       {"shadows.fit", &S::fit,
-       "How maps of a directional light lie over the part of the view that each is for: over the sphere around it, in "
-       "steps of whole texels, so that edges stand still while the camera moves; over its own box; or over the box of "
-       "what receives shadows in it."},
+       "How maps of a directional light lie over their parts of the view: over the sphere around "
+       "the part, in steps of whole texels, so that edges stand still while the camera moves; over "
+       "the part's own box; or over the box of the shadow receivers in it."},
       {"shadows.faces", &S::faces, "Which sides of single-sided surfaces cast."},
       {"shadows.blended", &S::blended, "Whether blended surfaces cast none, or as if they were opaque."},
       {"shadows.grids", &S::grids,
@@ -29,8 +29,8 @@ Keys<ShadowSettings> shadow_keys() {
        "are "
        "looked up where they are at the time of a map, in the maps of all times, and the mean is taken."},
       {"shadows.bias", &S::bias, "", 0, 64,
-       "Factor on the bias of a lookup: half a texel of the receiver's slope, half a step of the depths' format, and "
-       "what rounding vertices to sub-pixels moves."},
+       "Factor on the bias of a lookup: half a texel of the receiver's slope, half a step of the "
+       "depths' format, and the shift by rounding vertices to sub-pixels."},
       {"shadows.offset", &S::offset, "scene units", 0, 1e6, "Is added to the bias of a lookup."},
       {"shadows.max_slope", &S::max_slope, "", 0, 1e6,
        "The steepest slope, depth over width, that the bias and the texels around a lookup take of a receiver."},

@@ -9,29 +9,29 @@
 
 namespace tessera::scene {
 
-// How a directional light's maps are laid over what the camera sees.
+// How a directional light's maps are fitted to the camera's view.
 enum class ShadowFit : std::uint8_t { kSphere, kFrustum, kReceivers };
 using shaders::ShadowFilter;
-// Which lights cast shadows: those that the capture names, none, or all of them.
+// The lights that cast shadows: the ones that the capture names, none, or all.
 enum class ShadowCasters : std::uint8_t { kAuto, kOff, kAll };
 // How a map holds a depth.
 enum class DepthFormat : std::uint8_t { kD16, kD24, kD32F };
-// Which sides of single-sided surfaces cast.
+// The sides of single-sided surfaces that cast shadows.
 enum class CasterFaces : std::uint8_t { kBoth, kFront, kBack };
-// Whose cells patches have in a map: those that the light's view asks for, or the camera's.
+// The view that chooses the cells of patches in a map: the light's or the camera's.
 enum class CasterGrids : std::uint8_t { kLight, kCamera };
-// Whether blended surfaces cast.
+// Whether blended surfaces cast shadows.
 enum class BlendedCasters : std::uint8_t { kNothing, kSolid };
 
 // Bytes of a depth in memory.
 constexpr int depth_bytes(DepthFormat format) { return format == DepthFormat::kD16 ? 2 : 4; }
-// The step between two depths of a range that is `range` long; 0 where steps are those of single precision.
+// The step between two depths of a range of length `range`; 0 for single precision.
 constexpr double depth_step(DepthFormat format, double range) {
   return format == DepthFormat::kD32F ? 0.0 : range / (format == DepthFormat::kD16 ? 65535.0 : 16777215.0);
 }
 
-// How shadows are cast; keys shadows.*. Which lights cast is said by the capture (TESSERA_capture.shadows) or by
-// effects.shadows.
+// How shadows are cast; keys shadows.*. The capture (TESSERA_capture.shadows) or effects.shadows chooses the lights
+// that cast them.
 struct ShadowSettings {
   ShadowFilter filter = ShadowFilter::k2x2;
   DepthFormat format = DepthFormat::kD32F;
@@ -41,10 +41,10 @@ struct ShadowSettings {
   CasterFaces faces = CasterFaces::kBoth;
   BlendedCasters blended = BlendedCasters::kNothing;
   CasterGrids grids = CasterGrids::kCamera;
-  int times = 1;              // maps of each light over a shutter in which anything moves
-  double bias = 1.0;          // factor on the bias that follows from the receiver's slope and the depths' precision
+  int times = 1;              // maps of each light over a shutter in which something moves
+  double bias = 1.0;          // factor on the bias that is computed from the receiver's slope and the depths' precision
   double offset = 0.0;        // scene units that are added to the bias
-  double max_slope = 1000.0;  // of a receiver's plane, depth over width, as the bias takes it
+  double max_slope = 1000.0;  // limit on the slope of a receiver's plane, depth over width, in the bias
 
   bool operator==(const ShadowSettings&) const = default;
 };

@@ -7,18 +7,18 @@ namespace tessera::scene {
 inline constexpr int kSubpixelBits = 8;
 inline constexpr float kSubpixels = 256.0f;
 
-// What the tile core overlooks, vertex by vertex and in every kernel, so that sub-patches that need no code for motion
-// or for the lens can be told before they are tessellated (sub_patch_effects.h). A projected vertex that moves from
-// shutter open to close by no more than a sub-pixel along either axis, and by no more than this share of its depth,
-// does not move: it is where it is at shutter open.
+// Motion and blur below these thresholds are ignored, vertex by vertex and in every kernel of the tile core. So
+// sub-patches that need no code for motion or for the lens can be recognized before they are tessellated
+// (sub_patch_effects.h). A projected vertex that moves from shutter open to close by no more than a sub-pixel along
+// either axis, and by no more than this share of its depth, does not move: it keeps its place at shutter open.
 inline constexpr float kStillPixels = 1.0f / kSubpixels;
 inline constexpr float kStillDepth = 0x1p-16f;
 // A projected vertex whose circle of confusion has a radius (pixels) of no more than this is in focus: it is seen
-// through the lens centre. A lens moves vertices off the grid, so this is not a sub-pixel but what float
-// arithmetic leaves uncertain anyway.
+// through the lens centre. A lens moves vertices off the grid, so the threshold is not a sub-pixel but the uncertainty
+// of float arithmetic.
 inline constexpr float kSharpPixels = 0x1p-15f;
 
-// Farther out than this from the frame's corner a vertex is not put on the grid: float could no longer hold the
+// A vertex farther than this from the frame's corner is not rounded to the grid: float could no longer hold the
 // difference of two positions exactly. 2^14 pixels with 8 fractional bits are 22 of float's 24.
 inline constexpr float kGuardBandPixels = 16384.0f;
 

@@ -18,7 +18,7 @@ float polygon_length(const std::array<Vec4, 4>& points, float near_w) {
   return (side(0) + side(2)) + side(1);
 }
 
-// Looks for the triangle that holds a point best: the one whose least weight is largest, at most zero.
+// Searches the triangle that holds a point best: the one whose least weight is largest, at most zero.
 class TriangleSearch {
  public:
   TriangleSearch(const TessellationPattern& pattern, float u, float v) : pattern_(pattern), u_(u), v_(v) {}

@@ -14,7 +14,7 @@ namespace tessera::scene {
 // Along an edge whose factor is smaller than the grid's, grid vertices are moved to the edge's own coarser parameters:
 // vertex i of n goes to round(i * factor / n) / factor. Both patches at an edge then have exactly the same vertices on
 // it (some coincide; their triangles are degenerate), whatever their grids: crack-free for any pair of factors.
-// Edges as in PatchNeighbours: 0 v=0, 1 v=1 (along u), 2 u=0, 3 u=1 (along v).
+// Edges are numbered as in PatchNeighbours: 0 v=0, 1 v=1 (along u), 2 u=0, 3 u=1 (along v).
 struct TessellationPattern {
   std::uint8_t nu = 1, nv = 1;
   std::array<std::uint8_t, 4> edge{1, 1, 1, 1};  // factors, <= nu (edges 0, 1) or nv (edges 2, 3)
@@ -40,8 +40,8 @@ struct TessellationPattern {
   }
 };
 
-// A point on a triangle of a grid: weights of its second and third corner. Cells lie row by row, and each has two triangles:
-// of its vertices (0, 0), (1, 0), (1, 1), and of (0, 0), (1, 1), (0, 1).
+// A point on a triangle of a grid: weights of its second and third corner. Cells lie row by row, and each has two
+// triangles: one with its vertices (0, 0), (1, 0), (1, 1), one with (0, 0), (1, 1), (0, 1).
 struct GridPoint {
   std::uint32_t triangle = 0;
   float b1 = 0, b2 = 0;
@@ -56,8 +56,8 @@ inline GridCorner grid_corner(const TessellationPattern& pattern, std::uint32_t 
   const bool along_u = triangle % 2 == 0;
   return along_u ? GridCorner{i + 1, k == 1 ? j : j + 1} : GridCorner{k == 1 ? i + 1 : i, j + 1};
 }
-// The triangle of the grid that holds the parameters (u, v), both in [0, 1]. Where rounding leaves them outside of all, the
-// nearest one.
+// The triangle of the grid that holds the parameters (u, v), both in [0, 1]; the nearest one where rounding leaves them
+// outside of all.
 GridPoint triangle_at(const TessellationPattern& pattern, float u, float v);
 
 // A sub-patch: cells [i0, i1) x [j0, j1) of a Bezier patch's grid, or cells [i0, i1) of a cluster with j0 = 0, j1 = 1.
@@ -72,9 +72,10 @@ struct ParameterRange {
 };
 ParameterRange parameter_range(const TessellationPattern& pattern, const CellRange& range);
 
-// Factor of a curve with these four control points in raster space (xh, yh, depth, w), at both motion keys: the length of its
-// control polygon on screen, the larger of the keys, over the target. Depends on nothing but the curve, is the same
-// for the reversed curve, and is monotone in length; points nearer than w = near_w count as if at near_w.
+// Tessellation factor of a curve with these four control points in raster space (xh, yh, depth, w), at both motion
+// keys: the length of its control polygon on screen, at the key where it is longer, over the target. It depends on the
+// curve alone, is the same for the reversed curve, and is monotone in length; points nearer than w = near_w count as if
+// at near_w.
 int curve_factor(const std::array<std::array<Vec4, 4>, 2>& curve, float near_w, const TessellationSettings& settings,
                  int max_factor);
 

@@ -31,7 +31,7 @@ DMat4 Projection::unprojection() const {
   m[1][1] = -1.0 / scale;
   m[2][2] = -1.0;
   m[3][3] = 1.0;
-  const auto column = orthographic ? 3 : 2;  // what the image's middle is multiplied by: 1, or w, which is the depth
+  const auto column = orthographic ? 3 : 2;  // the factor of the image's middle: 1, or w, which is the depth
   m[column][0] = -center_x / scale;
   m[column][1] = center_y / scale;
   return m;

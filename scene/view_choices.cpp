@@ -48,8 +48,8 @@ Lens parse_lens(const std::string& text) {
   return {static_cast<float>(numbers.a), static_cast<float>(numbers.b.value_or(0))};
 }
 
-// The lens in this camera: without a focus distance it is sharp in the middle of what is drawn when the first frame
-// begins.
+// The lens for this camera. Without a focus distance it is focused on the middle of the scene at the begin of the first
+// frame.
 Lens focus(Lens lens, const Capture& capture, const CameraChoice& choice) {
   if (!(lens.aperture_radius > 0) || lens.focus_distance > 0) return lens;
   const double time = capture.settings.first_frame / capture.settings.frame_rate;

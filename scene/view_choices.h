@@ -12,11 +12,11 @@
 
 namespace tessera::scene {
 
-// Parts of a file that are drawn in place of those that it names itself: each by its name, or by its number in the file.
+// Parts of a file to draw instead of its defaults: each by its name, or by its number in the file.
 struct Selection {
   std::optional<std::string> scene;
   std::optional<std::string> camera;  // or a node that has one
-  // The only animation that plays; "all": the first, and each further one that moves nothing already moved; "none".
+  // The played animation; "all": the first, and each further one that moves nothing already moved; "none".
   std::optional<std::string> animation;
 };
 
@@ -26,29 +26,29 @@ struct SceneList {
   int drawn = kNone;  // of `names`; kNone: the file has none
 };
 
-// Where automatic framing looks from, in degrees.
+// Direction of automatic framing, in degrees.
 struct Orbit {
-  double azimuth = 0;               // about +y, counterclockwise seen from above, from its usual place
-  std::optional<double> elevation;  // above the horizon; unset: as usual. Between -89 and 89
+  double azimuth = 0;               // about +y, counterclockwise seen from above, from the default direction
+  std::optional<double> elevation;  // above the horizon, between -89 and 89; unset: the default
 };
 
 // The node of the camera that takes the image (choose_camera()); kNone where the scene is framed.
 int camera_node(const Capture& capture);
 
-// What of a capture is drawn and how it is looked at, where that is not what the file says. The words are those of the
-// options --scene, --camera, --animation, --orbit, --lens and --shutter, of members of a study and of stats.json, of
-// tessera::View and of the Python module.
+// A user's choices about the drawn parts of a capture and the view of it, in place of the file's own. The texts are the
+// values of the options --scene, --camera, --animation, --orbit, --lens and --shutter, of members of a study and of
+// stats.json, of tessera::View and of the Python module.
 struct ViewChoices {
   Selection selection;
   std::optional<std::string> orbit, lens, shutter;
 
   bool empty() const;
-  // {"camera": "eye", "shutter": "0:0.5"}: those that are given.
+  // The choices that are set: {"camera": "eye", "shutter": "0:0.5"}.
   nlohmann::json json() const;
 
-  // The scene is framed automatically, whatever cameras there are.
+  // Whether the scene is framed automatically, in spite of the file's cameras.
   bool framed() const { return orbit.has_value() || selection.camera == "auto"; }
-  // What is chosen of the file itself: of its cameras none where the scene is framed.
+  // The selection within the file; it has no camera where the scene is framed.
   Selection of_file() const;
 
   // Throws UsageError for words that are no numbers, and for choices that contradict each other.
@@ -58,15 +58,16 @@ struct ViewChoices {
 // "OPEN:CLOSE", fractions of a frame. Throws UsageError.
 NumberPair parse_shutter(const std::string& option, const std::string& text);
 
-// All of these want a capture that was read with of_file(), and throw what check() throws.
+// All of these take a capture that was read with of_file(), and throw the errors of check().
 
-// Its shutter is that of `view`, if that has one.
+// Replaces the capture's shutter by the shutter of `view`, if it has one.
 void set_shutter(Capture& capture, const ViewChoices& view);
 
-// Where the image is taken from, as choose_camera(capture, width, height) says where nothing else is chosen.
+// The chosen camera; without a choice, the result of choose_camera(capture, width, height).
 CameraChoice choose_camera(const Capture& capture, const ViewChoices& view, int width, int height);
 
-// Makes both of them the capture's own: what has to be framed gets a camera in a node of its own.
+// Writes the shutter and the camera of `view` into the capture: a scene that is framed gets a camera in a node of its
+// own.
 void look_at(Capture& capture, const ViewChoices& view, ImageSize size);
 
 }  // namespace tessera::scene

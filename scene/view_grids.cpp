@@ -8,10 +8,11 @@
 namespace tessera::scene {
 namespace {
 
-// How far beyond the image a curve counts as seen, over the image's width: what moves in the shutter may come in.
+// Margin around the image in which a curve counts as seen, over the image's width: moving patches may enter during the
+// shutter.
 constexpr float kMargin = 1.0f / 16;
 
-// The planes around what a camera sees, on points of a drawable.
+// The planes around the camera's view, for points of a drawable.
 class SeenPlanes {
  public:
   SeenPlanes(const FrameGeometry& scene, const PosedDrawable& drawable) {
@@ -43,7 +44,7 @@ class SeenPlanes {
   std::array<float, 5> reach_;
 };
 
-// The grid of a patch in a view, from those that the scene and the view ask for.
+// The grid of a patch in a view, from the scene's grid and the view's own.
 TessellationPattern shared_pattern(const SeenPlanes& planes, std::span<const Vec3, 16> points,
                                    const TessellationPattern& of_scene, const TessellationPattern& of_view,
                                    bool patch_seen) {

@@ -8,7 +8,7 @@ namespace {
 // Unit vector of the image, in pixels (y down), across the segment from a to b in camera space. A segment that points
 // at the eye has none and gets some.
 glm::dvec2 across(const DVec3& a, const DVec3& b, bool orthographic) {
-  // In perspective: the line's normal is that of the plane through it and the eye, wherever its ends lie.
+  // In perspective the line's normal is the normal of the plane through the line and the eye, wherever its ends lie.
   const DVec3 plane = orthographic ? glm::cross(DVec3(0, 0, -1), b - a) : glm::cross(a, b);
   const double length = std::hypot(plane.x, plane.y);
   return length > 0 && std::isfinite(length) ? glm::dvec2(plane.x, -plane.y) / length : glm::dvec2(0, 1);

@@ -15,13 +15,14 @@ namespace tessera::scene {
 //   WI1  A vertex keeps its depth and w; only its pixel position moves, by half a pixel across the line.
 //   WI2  Both ends of a segment move the same way in the image, also where one of them lies behind the camera.
 
-// Space of the posed vertices of a drawable: that of a wire's is the world's, with the camera in its origin, in which
-// float numbers resolve a pixel wherever the camera is; others' is object_to_world()'s.
+// Transform from the space of a drawable's posed vertices to world space. The posed vertices of a wire have the world's
+// axes with the camera in the origin, where floats resolve a pixel wherever the camera is; for other drawables it is
+// object_to_world().
 DMat4 vertices_to_world(const Capture& capture, int node, std::size_t instance, const Primitive& primitive,
                         const Pose& pose, const View& view);
 
-// Takes the wire's vertices, deformed or (where `deformed` is empty) the primitive's own, to that space and moves them
-// apart. Normals and tangents come along.
+// Moves the wire's vertices, deformed or (where `deformed` is empty) the primitive's own, to that space and spreads
+// them apart. Normals and tangents are moved as well.
 void spread_wires(const Primitive& primitive, const DMat4& to_world, const View& view, const Projection& projection,
                   Deformed& deformed);
 

@@ -4,7 +4,7 @@
 
 namespace tessera::shaders {
 
-// Not found by the arguments' namespace: lanes have functions of the same names.
+// In a namespace that argument-dependent lookup does not search: lanes have functions of the same names.
 namespace scalar {
 #include "shaders_cpp/elementary.inc"
 }  // namespace scalar

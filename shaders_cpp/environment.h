@@ -9,9 +9,10 @@
 
 namespace tessera::shaders {
 
-// The light that every scene has unless its capture turns it off: at first a studio of a bright ceiling, a darker floor and
-// three soft boxes (studio.h), analytic so that it needs no image and can be blurred as much as a rough surface asks; or
-// a uniform one, or an image (environment_image.h), which must outlive this.
+// The light that every scene has unless its capture turns it off. The default is a studio of a bright ceiling, a
+// darker floor and three soft boxes (studio.h); it is analytic, so it needs no image and can be blurred for any
+// roughness. The alternatives are a uniform environment and an image (environment_image.h), which must outlive this.
+//
 // World directions, +y up. Radiance in linear light; 1 is the brightness of a white diffuse surface in full light.
 class Environment {
  public:
@@ -21,15 +22,15 @@ class Environment {
   // Light arriving at a surface with normal n, divided by pi (multiply by albedo).
   Vec3 diffuse(Vec3 normal) const;
 
-  // Radiance from around a direction, through the GGX lobe of the given perceptual roughness in [0, 1], seen head-on.
+  // Radiance around a direction, through the GGX lobe of the given perceptual roughness in [0, 1], seen head-on.
   Vec3 specular(Vec3 direction, float roughness) const;
 
   const Surroundings& surroundings() const { return surroundings_; }
 
-  // What the camera sees behind everything.
+  // Radiance that the camera sees where no surface is.
   Vec3 background(Vec3 direction) const;
 
-  // As the shading of one point asks for it (metallic_roughness.inc).
+  // Interface for shading one point (metallic_roughness.inc).
   template <std::same_as<float> Real>
   Vector3<Real> diffuse(const Vector3<Real>& normal) const {
     return light_on(normal);

@@ -32,7 +32,7 @@ void clean(Image& image) {
   });
 }
 
-// `factor` times smaller, and no whole pixel more: each pixel the mean of what it covers.
+// An image `factor` times smaller, without remainder pixels: each pixel is the mean of the pixels that it covers.
 Image reduced(const Image& image, int factor) {
   const int height = image.height / factor;
   Image columns(2 * height, image.height, 3), out(2 * height, height, 3);  // working_bytes()
@@ -62,7 +62,7 @@ Image reduced(const Image& image, int factor) {
   return out;
 }
 
-// Bilinear; `turned`: what is added to the direction's angle, as a share of the circle.
+// Bilinear lookup by direction; `turned` is added to the direction's angle, as a share of the circle.
 Vec3 seen(const Image& image, const Vec3& direction, float turned) {
   const float u = std::atan2(direction.z, direction.x) * (0.5f / kPiFloat) + 0.5f + turned,
               v = 0.5f - std::asin(std::clamp(direction.y, -1.0f, 1.0f)) / kPiFloat;
@@ -81,7 +81,7 @@ Vec3 seen(const Image& image, const Vec3& direction, float turned) {
 using Harmonics = std::array<DVec3, 9>;
 
 // Integrals over a pixel's angle around the vertical axis: of 1, the cosine, the sine, their product and the cosine of
-// twice the angle. Those over its solid angle are products with a row's, so that no image is too coarse.
+// twice the angle. Integrals over its solid angle are products with a row's, so they are exact for coarse images as well.
 using ColumnIntegrals = std::array<double, 5>;
 
 ColumnIntegrals column_integrals(int column, int width, double turned) {
@@ -119,7 +119,7 @@ std::array<Vec3, 9> diffuse_factors(const Image& image, double turned) {
   Harmonics sum{};
   for (const Harmonics& row : rows)
     for (std::size_t i = 0; i < 9; ++i) sum[i] += row[i];
-  // What the cosine's lobe over pi leaves of each band, 1, 2/3 and 1/4, times the square of the basis' norm.
+  // Factor of each band by the cosine's lobe over pi, 1, 2/3 and 1/4, times the square of the basis' norm.
   constexpr std::array<double, 9> kFactors = {1 / 4.0,   1 / 2.0,   1 / 2.0,  1 / 2.0,  15 / 16.0,
                                               15 / 16.0, 15 / 16.0, 5 / 64.0, 15 / 64.0};
   std::array<Vec3, 9> factors;
@@ -134,7 +134,7 @@ struct SquarePoint {
   float x, z;
 };
 
-// On the octahedron, |x| + |y| + |z| = 1.
+// The point on the octahedron, |x| + |y| + |z| = 1.
 Vec3 on_octahedron(SquarePoint p) {
   const float y = 1.0f - std::abs(p.x) - std::abs(p.z);
   if (y >= 0.0f) return {p.x, y, p.z};
@@ -183,8 +183,7 @@ struct Mip {
   }
 };
 
-// Half as many texels a side, weighed by their solid angles: the area on the square times (|x| + |y| + |z|)^3 of the
-// unit vector.
+// Halves a level. Texels are weighted by their solid angles: the area on the square times (|x| + |y| + |z|)^3 of the unit vector.
 Mip halved(const Mip& fine) {
   Mip out(fine.side / 2);
   parallel_for(static_cast<std::size_t>(out.side), [&](std::size_t row) {
@@ -207,15 +206,15 @@ Mip halved(const Mip& fine) {
 
 // ---- Lobes ------------------------------------------------------------------------------------------------------
 
-// A direction around the lobe's axis, z; its share of the lobe; the level whose texels are as large as what it stands
-// for, of a map of side 1 whose texels all were as small as at the poles.
+// A direction around the lobe's axis, z; its share of the lobe; and the level whose texels are as large as the
+// sample's part of the sphere, for a map of side 1 in which all texels are as small as at the poles.
 struct LobeSample {
   Vec3 direction;
   float weight, level;
 };
 
-// `count` directions on a spiral, more of them outside than there is light: half vectors' distribution is that of the
-// microfacets' projected area, of which (1 - v)^2 lies beyond the share v of all samples.
+// `count` directions on a spiral. More of them lie outside than the light's share: half vectors are distributed as
+// the microfacets' projected area, of which (1 - v)^2 lies beyond the share v of all samples.
 std::vector<LobeSample> lobe_samples(double roughness, int count) {
   const double alpha2 = roughness * roughness * roughness * roughness;
   std::vector<LobeSample> samples;
@@ -226,7 +225,7 @@ std::vector<LobeSample> lobe_samples(double roughness, int count) {
     const double half2 = (1.0 - u) / (1.0 + (alpha2 - 1.0) * u), y = 2.0 * half2 - 1.0;
     if (y <= 0.0) continue;
     const double spread = half2 * (alpha2 - 1.0) + 1.0, density = alpha2 / (4.0 * std::numbers::pi * spread * spread);
-    // Shadowing (Smith, height-correlated) of the light; seen head-on nothing masks.
+    // Shadowing (Smith, height-correlated) of the light; a surface seen head-on has no masking.
     weights.push_back(share * 2.0 * y / (y + std::sqrt(y * y * (1.0 - alpha2) + alpha2)));
     sum += weights.back();
     const double angle = 2.0 * std::numbers::pi * (i * std::numbers::phi - std::floor(i * std::numbers::phi)),
@@ -267,8 +266,8 @@ int side_of_first(int source_height) {
   return static_cast<int>(std::bit_ceil(wanted));
 }
 
-// Side without the border, at most, and samples of a texel's lobe: [measured] of a step between 0 and 1 levels are within
-// 0.05 of the integral, the two first ones; 0.03 from the third on.
+// Largest side without the border, and samples of a texel's lobe. [measured] For a step between 0 and 1 the first two
+// levels are within 0.05 of the integral, the others within 0.03.
 struct LevelPlan {
   int max_side, samples;
 };
@@ -345,7 +344,7 @@ EnvironmentImage::EnvironmentImage(Image image, double rotation) : source_width_
 
   const std::vector<RadianceImage::Size> sizes = level_sizes(first);
   levels_ = RadianceImage(sizes);
-  // All rows of all levels at once: rough ones have few.
+  // All rows of all levels run at once, as rough levels have few.
   std::vector<std::vector<LobeSample>> lobes(sizes.size());
   std::vector<std::pair<int, int>> rows;  // level, row
   for (int level = 0; level < kMapLevels; ++level) {

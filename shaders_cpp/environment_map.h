@@ -10,9 +10,9 @@
 
 namespace tessera::shaders {
 
-// What lies all around, as lookups read it.
+// An environment image in the form that lookups read.
 struct EnvironmentMap {
-  RadianceView radiance;          // octahedral; level 0 a mirror's, then one for each roughness of kMapLevels
+  RadianceView radiance;          // octahedral; level 0 is a mirror's, then one level for each roughness of kMapLevels
   std::array<Vec3, 9> diffuse{};  // factors of 1, x, y, z, xy, yz, zx, 3y^2 - 1, x^2 - z^2
 };
 

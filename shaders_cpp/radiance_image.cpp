@@ -12,8 +12,8 @@ float held(float radiance) {
   return radiance > 0.0f ? round_to_half(std::min(radiance, RadianceImage::kLargest)) : 0.0f;
 }
 
-// The texels above that texel `i` of `count` covers along one axis of `above` texels, and how much of the first and the
-// last one: all in units of 1 / count of a texel above.
+// The texels above that texel `i` of `count` covers along one axis of `above` texels, and the covered parts of the
+// first and the last one, all in units of 1 / count of a texel above.
 struct Covered {
   int first, last;
   float first_weight, last_weight;

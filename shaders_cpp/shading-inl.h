@@ -1,4 +1,4 @@
-// What pixel-shader invocations are made of, for the SIMD target in force; for kernel sources that use foreach_target.h.
+// Parts of pixel-shader invocations, for the SIMD target in force; for kernel sources that use foreach_target.h.
 
 #include <array>
 #include <cstddef>
@@ -25,7 +25,7 @@ namespace HWY_NAMESPACE {
 
 using tessera::HWY_NAMESPACE::Vector3;
 
-// Each needs those before it.
+// Each file needs the files before it.
 // clang-format off
 #include "shaders_cpp/bicubic.inc"
 #include "shaders_cpp/elementary.inc"

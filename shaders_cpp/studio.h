@@ -9,7 +9,7 @@
 
 namespace tessera::shaders {
 
-// What the built-in environment consists of. World directions, +y up; radiance in linear light.
+// The parts of the built-in environment. World directions, +y up; radiance in linear light.
 
 // A spherical Gaussian: amplitude * exp(sharpness * (dot(axis, direction) - 1)).
 struct SoftBox {
@@ -51,12 +51,12 @@ inline constexpr std::array<float, 4> kHorizonWidths = {kHorizon, 0.3f, 0.6f, 1.
 inline constexpr std::size_t kDiffuseRow = 17;
 extern const std::array<EnvironmentLobes, 18> kEnvironmentLobes;
 
-// The same as plain numbers, a row after the other: four of the horizon, the slope, six of each box.
+// The same as plain numbers, row after row: four of the horizon, the slope, six of each box.
 inline constexpr int kLobeFloats = 23;
 static_assert(sizeof(EnvironmentLobes) == kLobeFloats * sizeof(float));
 inline const float* lobe_numbers() { return reinterpret_cast<const float*>(kEnvironmentLobes.data()); }
 
-// Of kSoftBoxes, normalised.
+// Normalised axes of kSoftBoxes.
 const std::array<Vec3, 3>& soft_box_axes();
 
 }  // namespace tessera::shaders

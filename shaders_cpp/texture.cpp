@@ -31,7 +31,7 @@ std::vector<Coverage> coverage_of(int source_size, int target_size) {
   return all;
 }
 
-// Halves an image of `channels` floats. `get` and `put` give and take texels, on any thread.
+// Halves an image of `channels` floats. `get` reads and `put` writes texels, on any thread.
 template <class Get, class Put>
 void halve(int width, int height, int channels, const Get& get, const Put& put) {
   const int w = std::max(1, width / 2), h = std::max(1, height / 2);
@@ -56,7 +56,7 @@ void halve(int width, int height, int channels, const Get& get, const Put& put) 
     for (int y = 0; y < h; ++y) make_row(static_cast<std::size_t>(y));
 }
 
-// Of a level in whole squares of 4 x 4.
+// Number of texels of a level in whole squares of 4 x 4.
 std::size_t texels_of_squares(const Texture::Level& level) {
   return std::size_t{16} * static_cast<std::size_t>((level.width + 3) / 4) *
          static_cast<std::size_t>((level.height + 3) / 4);

@@ -30,12 +30,12 @@ enum class ColorSpace : std::uint8_t { kLinear, kSrgb };
 // Texel index of coordinate i outside or inside [0, size), by the wrap mode.
 int wrap_texel(Wrap wrap, std::int64_t i, int size);
 
-// Textures as lookups read them: plain arrays, numbers by level.
+// Textures in the form that lookups read: plain arrays, with numbers by level.
 struct TextureView {
   const std::int32_t* texels;  // RGBA8, R lowest
   const std::int32_t *width, *height;
-  const std::int32_t *first, *squares_across;  // in `texels`; squares of 4 x 4 texels in a row of them
-  const float* linear;                         // of an sRGB code
+  const std::int32_t *first, *squares_across;  // place of a level's first texel; squares of 4 x 4 texels in a row
+  const float* linear;                         // linear value of each sRGB code
   int levels;
   bool srgb;
 };
@@ -53,22 +53,21 @@ using namespace scalar;
 using TexelPosition = TexelPositionOf<float, std::int32_t>;
 using TexelPair = TexelPairOf<float, std::int32_t>;
 
-// The texels that a lookup weighs: up to four in each of up to two levels; the two columns or rows of a level are the
-// same where it takes one.
+// The texels that a lookup weighs: up to four in each of up to two levels. If a level needs a single column or row, both are the same.
 struct TexelFootprint {
   std::array<LevelTexels<std::int32_t>, 2> levels;
   std::size_t count = 0;
 };
 
-// How memory holds texels: in blocks of side x side of them, `bytes` each. Plain RGBA8 has blocks of one texel.
+// Storage of texels in memory: blocks of side x side texels, `bytes` each. Plain RGBA8 has blocks of one texel.
 struct TexelBlocks {
   int side = 1, bytes = 4;
   bool operator==(const TexelBlocks&) const = default;
 };
 
-// A mip-mapped 8-bit RGBA texture. Levels halve with rounding down. Each texel of a level that is made here is the
-// area-weighted mean, in linear light, of what it covers one level up. Texels lie in squares of 4 x 4, 64 bytes, as
-// the emulated memory holds plain ones. Immutable once built.
+// A mip-mapped 8-bit RGBA texture. Levels halve, rounding down. Each texel of a computed level is the area-weighted
+// mean, in linear light, of the texels that it covers one level up. Texels lie in squares of 4 x 4, 64 bytes, as the
+// emulated memory holds plain ones. Immutable once built.
 class Texture {
  public:
   struct Level {
@@ -77,25 +76,25 @@ class Texture {
   };
 
   Texture(const DecodedImage& image, ColorSpace space);
-  // Levels as they are, the largest first, decoded from blocks of that kind; to a single one the others are made.
+  // Takes given levels, the largest first, decoded from `blocks`; a single one is completed by computed levels.
   Texture(std::vector<Level> levels, ColorSpace space, TexelBlocks blocks);
 
   int width(int level = 0) const { return width_[static_cast<std::size_t>(level)]; }
   int height(int level = 0) const { return height_[static_cast<std::size_t>(level)]; }
   int level_count() const { return static_cast<int>(width_.size()); }
-  // A level's texels as they are stored.
+  // A level's texels in stored form.
   Level stored_level(int level) const;
   ColorSpace color_space() const { return space_; }
-  // True when every texel's alpha is 1.
+  // Whether every texel's alpha is 1.
   bool opaque() const { return opaque_; }
   TexelBlocks blocks() const { return blocks_; }
 
   // One texel in linear light, channels RGBA in [0, 1].
   Vec4 texel(int level, int x, int y) const;
 
-  // Filtered colour at texture coordinates uv ((0,0) is the corner of the first texel). `lod` is log2 of the number of
-  // level-0 texels per pixel; values <= 0 magnify. Coordinates that are not finite read texel 0. `footprint`, unless
-  // null, becomes what was read.
+  // Filtered colour at texture coordinates uv ((0,0) is the corner of the first texel). `lod` is log2 of the number
+  // of level-0 texels per pixel; values <= 0 magnify. Coordinates that are not finite read texel 0. `footprint`,
+  // unless nullptr, returns the texels that were read.
   Vec4 sample(const Sampler& sampler, Vec2 uv, float lod, TexelFootprint* footprint = nullptr) const;
 
   TextureView view() const;
@@ -103,7 +102,7 @@ class Texture {
  private:
   void make_levels(Level base);
   void add_level(const Level& level);
-  // In texels_.
+  // Index in texels_.
   std::size_t place(std::size_t level, int x, int y) const {
     return static_cast<std::size_t>(first_[level] + ((y / 4) * squares_across_[level] + x / 4) * 16 + y % 4 * 4 +
                                     x % 4);
@@ -115,7 +114,7 @@ class Texture {
   std::vector<std::int32_t> texels_, width_, height_, first_, squares_across_;
 };
 
-// A mip-mapped texture of one float channel (the red one of an image): heights for displacement.
+// A mip-mapped texture of one float channel (an image's red one): heights for displacement.
 class ScalarTexture {
  public:
   struct Level {
@@ -125,10 +124,10 @@ class ScalarTexture {
 
   explicit ScalarTexture(const DecodedImage& image);
   ScalarTexture(int width, int height, std::vector<float> values);
-  ScalarTexture(ScalarTexture&&) = default;  // levels look into the values: no copies
+  ScalarTexture(ScalarTexture&&) = default;  // not copyable, as levels point into the values
 
   const std::vector<Level>& levels() const { return levels_; }
-  // Least and greatest of all heights; other levels are means of the first.
+  // Least and greatest of all heights; further levels are means of the first.
   float lowest() const { return lowest_; }
   float highest() const { return highest_; }
 
@@ -148,7 +147,7 @@ class ScalarTexture {
   float sample_level(const Sampler& sampler, Vec2 uv, std::size_t level) const;
   void build_levels(int width, int height);
 
-  std::vector<float> values_;  // of all levels
+  std::vector<float> values_;  // values of all levels
   float lowest_ = 0, highest_ = 0;
   std::vector<std::int32_t> width_, height_, first_;
   std::vector<Level> levels_;

@@ -11,9 +11,9 @@ namespace tessera::shaders {
 namespace {
 
 constexpr float kStartCompression = 0.8f - 0.04f, kDesaturation = 0.15f;
-constexpr float kRoom = 1.0f - kStartCompression;  // of what is compressed
+constexpr float kRoom = 1.0f - kStartCompression;  // range of compressed values
 
-// How much of a colour of this peak becomes white.
+// Share of a colour with this peak that becomes white.
 float white_share(float peak, float new_peak) { return 1.0f - 1.0f / (kDesaturation * (peak - new_peak) + 1.0f); }
 
 }  // namespace

@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
-# tests/coverage.sh BUILD   line coverage of the libraries after what ran in BUILD (configured with -DTESSERA_COVERAGE=ON), by room
+# tests/coverage.sh BUILD   line coverage of the libraries after the runs of BUILD (configured with -DTESSERA_COVERAGE=ON), by room
 #
 #   cmake --preset release -B build/coverage -DTESSERA_TESTS=ON -DTESSERA_COVERAGE=ON && cmake --build build/coverage
 #   ctest --test-dir build/coverage -j2 --label-exclude '-all$|^shards'; tests/coverage.sh build/coverage
 #   ctest --test-dir build/coverage -j2 --label-regex '-all$' --label-exclude '^shards'; tests/coverage.sh build/coverage   # adds the other tier
 #
-# Counts are files that programs write at their end: what limits the size of files cuts them off. Leave it out: -E ALimitOnTheSizeOfFiles
+# Programs write the counts to files at their end, so a limit on the size of files cuts them off. Leave that test out: -E
+# ALimitOnTheSizeOfFiles
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 build=$(cd "$1" && pwd)

@@ -9,6 +9,7 @@
 #include "tilecore/resolve/resolve_unit.h"
 #include "tilecore/resolve/tile_store.h"
 #include "tilecore/shading/deferred_shader.h"
+#include "tilecore/shading/gbuffer.h"
 #include "tilecore/shading/light_lists.h"
 #include "tilecore/shading/transmission.h"
 #include "tilecore/visibility/visibility_method.h"
@@ -32,20 +33,20 @@ struct TileCoreCounters {
   std::uint64_t triangle_table_bytes = 0;
 };
 
-// Passes that draw the maps of lights.
+// Counters of passes that draw the maps of lights.
 struct ShadowCounters {
   std::uint64_t texels_stored = 0;
   std::uint64_t tiles_cleared = 0;
 };
 
-// Shaders of passes over images.
+// Counters of the shaders of passes over images.
 struct ImagePassCounters {
   std::uint64_t texels = 0;
   std::uint64_t lookups = 0;
   std::uint64_t warps = 0;
 };
 
-// All that the units of a core count.
+// The counters of all units of a core.
 struct CoreCounters {
   TileCoreCounters tilecore;
   StencilCounters stencil;
@@ -61,6 +62,7 @@ struct CoreCounters {
   TransmissionCounters transmission;
   ShadowCounters shadows;
   ImagePassCounters post;
+  GbufferCounters gbuffer;
 };
 
 // Calls visit(a's, b's) for each of its counter structs.
@@ -80,12 +82,13 @@ void for_each_unit(A& a, B& b, const Visit& visit) {
   visit(a.transmission, b.transmission);
   visit(a.shadows, b.shadows);
   visit(a.post, b.post);
+  visit(a.gbuffer, b.gbuffer);
 }
 inline void merge(CoreCounters& into, const CoreCounters& from) {
   for_each_unit(into, from, [](auto& to, const auto& of) { tessera::merge(to, of); });
 }
 
-// The events of a tile, as far as its core counts them.
+// The events of a tile that its core counts.
 inline hardware::EventCounts count_events(const CoreCounters& c, std::uint64_t warp_lanes) {
   hardware::EventCounts counts;
 #define TESSERA_TILE_COUNT(id, count) counts[hardware::Event::id] = count;
@@ -108,24 +111,22 @@ inline constexpr auto kCounterFields<tilecore::TileCoreCounters> = std::to_array
      "take ceil(log2 n) stages.",
      ""},
     {"tilecore.culled_occlusion", &tilecore::TileCoreCounters::culled_occlusion, Combine::kSum, "entries",
-     "Entries dropped before tessellation because every sample of the tile that they may touch sees something "
-     "nearer.",
+     "Entries dropped before tessellation because every sample of the tile that they may touch sees a nearer surface.",
      "MaliFragFPKKillQd; Adreno PERF_LRZ_PRIM_KILLED_BY_LRZ; PowerVR HSR (after rasterisation, there)"},
     {"tilecore.culled_blocks", &tilecore::TileCoreCounters::culled_blocks, Combine::kSum, "entries",
-     "Those of tilecore.culled_occlusion that begin nearer than what the tile sees elsewhere: only the blocks of 8x8 "
-     "pixels in their records hide them.",
+     "Entries of tilecore.culled_occlusion that begin nearer than the tile's farthest depth elsewhere: only the blocks "
+     "of 8x8 pixels in their records hide them.",
      "Adreno PERF_LRZ_PRIM_KILLED_BY_LRZ"},
     {"tilecore.depth_tests", &tilecore::TileCoreCounters::depth_tests, Combine::kSum, "tests",
      "Entries compared with the farthest depths of the blocks of 8x8 pixels that they may touch; each takes the "
      "time of one such block.",
      ""},
     {"tilecore.depth_blocks_updated", &tilecore::TileCoreCounters::depth_blocks_updated, Combine::kSum, "blocks",
-     "Blocks of 8x8 pixels whose farthest depth was found again because a sub-patch came nearer there.",
+     "Blocks of 8x8 pixels whose farthest depth was updated because a sub-patch came nearer there.",
      "MaliFragFPKBuffer (another unit); V3D: hierarchical depth updates"},
     {"tilecore.boxes_built", &tilecore::TileCoreCounters::boxes_built, Combine::kSum, "boxes",
-     "Boxes of leaves and cells, nodes of motion BVHs and bounding polygons that were built, at both motion keys; "
-     "those "
-     "that several tiles need count once for each.",
+     "Boxes of leaves and cells, nodes of motion BVHs and bounding polygons that were built, at both motion keys; a "
+     "box that several tiles need counts once for each.",
      ""},
     {"tilecore.box_tests", &tilecore::TileCoreCounters::box_tests, Combine::kSum, "tests",
      "Samples (ray path) or tiles (raster path) tested against boxes of leaves and cells.", "MaliRTUBox"},
@@ -152,9 +153,8 @@ inline constexpr auto kCounterFields<tilecore::TileCoreCounters> = std::to_array
      ""},
     {"tilecore.triangle_table_bytes", &tilecore::TileCoreCounters::triangle_table_bytes, Combine::kSum, "bytes",
      "Bytes that cores write to and read from the tables by which samples name triangles: a record for each sub-patch "
-     "that "
-     "a tile sees, read for each pixel-shader invocation; and corners of leaves that are seen elsewhere than at rest, "
-     "three of them for each of tilecore.places_found.",
+     "that a tile sees, read for each pixel-shader invocation; and corners of leaves that move or are seen through a "
+     "lens, three of them for each of tilecore.places_found.",
      ""},
 });
 TESSERA_COUNTERS_COVER(tilecore::TileCoreCounters);
@@ -167,7 +167,7 @@ inline constexpr auto kCounterFields<tilecore::ShadowCounters> = std::to_array<C
     {"shadows.texels_stored", &tilecore::ShadowCounters::texels_stored, Combine::kSum, "texels",
      "Depths that passes of lights stored in their maps.", ""},
     {"shadows.tiles_cleared", &tilecore::ShadowCounters::tiles_cleared, Combine::kSum, "tiles",
-     "Tiles of maps in which nothing casts: a flag is stored, no texel.", ""},
+     "Tiles of shadow maps without any caster: a flag is stored, no texel.", ""},
 });
 TESSERA_COUNTERS_COVER(tilecore::ShadowCounters);
 
@@ -178,7 +178,7 @@ template <>
 inline constexpr auto kCounterFields<tilecore::ImagePassCounters> =
     std::to_array<CounterField<tilecore::ImagePassCounters>>({
         {"post.texels", &tilecore::ImagePassCounters::texels, Combine::kSum, "texels",
-         "Texels that shaders of passes over images made: levels of a bloom, and pixels that it is added to.", ""},
+         "Texels that shaders of passes over images made: levels of a bloom, and pixels to which it is added.", ""},
         {"post.lookups", &tilecore::ImagePassCounters::lookups, Combine::kSum, "texels",
          "Bilinear lookups that they took; also in texture.texels.", ""},
         {"post.warps", &tilecore::ImagePassCounters::warps, Combine::kSum, "warps", "Warps that they took.", ""},

@@ -9,7 +9,7 @@
 
 namespace tessera::tilecore {
 
-// Keys tilecore.* but for numbers of cores, memories and throughputs, which are the machine's.
+// Keys tilecore.* except for numbers of cores, memories and throughputs, which belong to the machine.
 struct CoreSettings {
   TileSequence tile_order = TileSequence::kMorton;
   bool occlusion_culling = true;
@@ -25,7 +25,7 @@ struct ShadingCacheSettings {
 };
 Keys<ShadingCacheSettings> shading_cache_keys();
 
-// Keys tessellator.* but for its throughput.
+// Keys tessellator.* except for its throughput.
 struct TessellatorSettings {
   int max_factor = 64;
   int subpixel_bits = 8;
@@ -34,7 +34,7 @@ struct TessellatorSettings {
 };
 Keys<TessellatorSettings> tessellator_keys();
 
-// Of finished pixels on their way to memory.
+// Compression of finished pixels before they go to memory.
 enum class FrameBufferCompression : std::uint8_t { kNone, kLossless };
 
 // Keys frame_buffer.*.
@@ -42,7 +42,7 @@ struct FrameBufferSettings {
   FrameFormat format = FrameFormat::kRgba8;
   FrameBufferCompression compression = FrameBufferCompression::kLossless;
   bool transaction_elimination = false;
-  int signature_bits = 64;  // of tiles
+  int signature_bits = 64;  // bits of a tile's signature
 };
 Keys<FrameBufferSettings> frame_buffer_keys();
 

@@ -31,7 +31,7 @@ void DepthBlocks::start(std::size_t samples, int width, int spp) {
 float DepthBlocks::look_at(std::size_t block, std::span<const float> z) const {
   const std::size_t x0 = block % columns_ * kSide, y0 = block / columns_ * kSide, x1 = std::min(x0 + kSide, width_),
                     y1 = std::min(y0 + kSide, height_);
-  // Several running maxima, so that the loop is not one chain of dependent steps.
+  // Several running maxima, so that the loop is not a single chain of dependent steps.
   std::array<float, 16> most{};
   for (std::size_t y = y0; y < y1; ++y) {
     const std::span<const float> row = z.subspan((y * width_ + x0) * spp_, (x1 - x0) * spp_);

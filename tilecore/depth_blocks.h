@@ -10,21 +10,22 @@
 
 namespace tessera::tilecore {
 
-// Hierarchical depth of a tile: the farthest depth of each block of 8x8 pixels. Samples only come nearer, so a block is
-// looked at again when one of its samples did.
+// Hierarchical depth of a tile: the farthest depth of each block of 8x8 pixels. Depths of samples only decrease, so a
+// block is scanned again only after one of its samples changed.
 //
 // Invariants (cited by the tests):
-//   HZ1  farthest() is the farthest depth of all samples of the blocks asked for; infinity while one sees nothing.
-//   HZ2  Only blocks that are asked for, all of whose samples see something, and that were touched since they were looked
-//        at last are looked at, and counted, once each.
+//   HZ1  farthest() is the farthest depth of all samples of the requested blocks; infinity while one sees no surface.
+//   HZ2  Only requested blocks whose samples all see a surface, and of which a sample changed since their last scan, are
+//        scanned, and counted, once each.
 class DepthBlocks {
  public:
   static constexpr int kSide = 8;  // pixels
 
-  // All samples see nothing. `width` of the tile in pixels; `samples` are `spp` for each of its pixels, row by row.
+  // Starts a tile whose samples see no surface. `width`: the tile's, in pixels; `samples`: `spp` for each of its
+  // pixels, row by row.
   void start(std::size_t samples, int width, int spp);
 
-  // Sample number `sample` came nearer. `first`: it saw nothing before.
+  // Notes that sample number `sample` became nearer. `first`: it saw no surface before.
   void touch(std::size_t sample, bool first) {
     const std::uint64_t pixel = sample * per_pixel_ >> 32, row = pixel * per_row_ >> 32;
     Block& block = blocks_[row / kSide * columns_ + (pixel - row * width_) / kSide];
@@ -32,13 +33,14 @@ class DepthBlocks {
     if (first) --block.uncovered;
   }
 
-  // `z`: the depths of all samples. Of the tile, or of the blocks that some pixels are in, counted from its corner.
+  // Farthest depth of the tile, or of the blocks that hold `pixels`, counted from the tile's corner. `z`: the depths of
+  // all samples.
   float farthest(std::span<const float> z) {
     return farthest(z, {0, 0, static_cast<int>(width_), static_cast<int>(height_)});
   }
   float farthest(std::span<const float> z, const IntRect& pixels);
 
-  // Blocks looked at since the last call.
+  // Number of blocks scanned since the last call.
   std::uint64_t take_updates() { return std::exchange(updates_, 0); }
 
  private:
@@ -48,7 +50,7 @@ class DepthBlocks {
   std::size_t width_ = 0, height_ = 0, spp_ = 1, columns_ = 0;
   struct Block {
     float far;
-    std::uint32_t uncovered;  // samples that see nothing
+    std::uint32_t uncovered;  // samples that see no surface
     bool touched;
   };
   std::vector<Block> blocks_;

@@ -4,7 +4,7 @@
 
 namespace tessera::tilecore {
 
-// What one drawable of a frame asked of the tile cores. Over all drawables, each adds up to the counter of the frame
+// Work of the tile cores for one drawable of a frame. Summed over all drawables, each member equals the frame's counter
 // that gpu::kDrawableCosts names.
 struct DrawableCounts {
   std::uint64_t entries = 0;

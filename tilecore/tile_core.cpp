@@ -21,7 +21,8 @@ namespace {
 
 using scene::AlphaMode;
 
-// Nearest opaque surface wins; equal depths go to the lower patch, then the lower triangle, whatever came first.
+// The nearest opaque surface wins; equal depths go to the lower patch, then the lower triangle, in any order of
+// arrival.
 class OpaqueSink final : public HitSink {
  public:
   OpaqueSink(std::uint32_t patch, TileState& state) : patch_(patch), state_(state) {}
@@ -133,7 +134,7 @@ VisibilitySettings visibility_settings(const TileJob& job, const scene::FrameGeo
           weight_steps(job.core.weight_bits)};
 }
 
-// One for each leaf and for each cell that is not clipped.
+// Number of boxes of a mesh: one for each leaf and for each cell that is not clipped.
 std::uint64_t boxes_of(const MicroMesh& mesh) {
   std::uint64_t boxes = mesh.leaves.size();
   for (const MicroMesh::Leaf& leaf : mesh.leaves) boxes += static_cast<std::uint64_t>(std::popcount(leaf.cells));
@@ -154,7 +155,7 @@ std::size_t leaf_columns(const scene::FrameGeometry& frame, const binner::ListEn
   return (static_cast<std::size_t>(entry.range.i1 - entry.range.i0) + cells - 1) / cells;
 }
 
-// Of a merge sorter: each of its ceil(log2 n) stages passes all n entries on.
+// Steps of a merge sorter: each of its ceil(log2 n) stages passes on all n entries.
 std::uint64_t sort_steps(std::uint64_t entries) {
   return entries < 2 ? 0 : entries * static_cast<std::uint64_t>(std::bit_width(entries - 1));
 }
@@ -175,7 +176,8 @@ TileResult TileCore::take_result() {
   counters.sampling = sampler_.take_counters();
   counters.shading = shader_.take_counters();
   counters.lights = shader_.take_light_counters();
-  result_.light_records = counters.lights.lists > 0;
+  tessera::merge(counters.gbuffer, shader_.take_gbuffer_counters());
+  result_.light_records = result_.light_records || counters.lights.lists > 0;
   if (const std::uint64_t places = resolve_.take_places(); !parameters_) {
     counters.shading.places_found += places;
     counters.tilecore.triangle_table_bytes += TriangleTable::kRecordBytes * counters.shading.pixel_shader_invocations +
@@ -227,7 +229,7 @@ TileCore::EntryEffects TileCore::effects_of(const TileJob& job, const binner::Li
   const scene::PosedDrawable& drawable = frame.drawable_of(entry.base_patch);
   const auto needs = [&](Flag flag, bool forced) { return (entry.flags & flag) != 0 || forced; };
   EntryEffects effects{
-      // What rests during a segment is there at the times of the segment alone.
+      // A sub-patch of a motion segment exists only at the times of the segment, even if it rests during it.
       {(drawable.moving && needs(Flag::kMoving, false)) || entry.segment != 0 || job.forced.motion,
        (frame.projection.lens_scale != 0 && needs(Flag::kDefocused, false)) || job.forced.lens},
       drawable.material->displacement && drawable.drawable->kind == scene::Primitive::Kind::kBezierPatches &&
@@ -264,7 +266,9 @@ void TileCore::render_entries(const TileJob& job, binner::TileIndex tile, std::v
     state.start(samples_.count, pixels.width(), samples_.spp);
     state.keeps_rest = sees_rest(job);
     state.layout = sample_layout(job);
+    state.layout.depth_only = state.layout.depth_only || state.depths_alone;
     parameters_ = state.layout.parameters;
+    if (job.spills) spill(job, state);
   }
   if (job.procedures != nullptr) {
     sampler_.count_drawables(totals_.drawables);
@@ -332,7 +336,7 @@ void TileCore::draw_cells(const TileJob& job, TileState& state, timing::SubPatch
   result_.cells.push_back({static_cast<std::uint32_t>(result_.tessellations.size()), std::move(reads)});
 }
 
-// Cells of a procedure follow each other in a list, as they were binned.
+// Cells of a procedure are consecutive in a list, as they were binned.
 void TileCore::count_cells(const TileJob& job, std::span<const binner::ListEntry> entries) {
   std::uint64_t cells = 0, objects = 0;
   std::uint32_t last = ~0u;
@@ -358,6 +362,13 @@ float TileCore::farthest_behind(const binner::ListEntry& entry, TileState& state
 
 bool TileCore::hidden(const binner::ListEntry& entry, TileState& state) {
   ++result_.counters.tilecore.depth_tests;
+  const IntRect &tile = samples_.pixels, pixels = entry.blocks.pixels(tile);
+  if (state.known_to_hide(entry.near_depth,
+                          {pixels.x0 - tile.x0, pixels.y0 - tile.y0, pixels.x1 - tile.x0, pixels.y1 - tile.y0})) {
+    ++result_.counters.tilecore.culled_occlusion;
+    ++result_.counters.tilecore.culled_blocks;
+    return true;
+  }
   if (!(entry.near_depth > farthest_behind(entry, state))) return false;
   ++result_.counters.tilecore.culled_occlusion;
   ++result_.counters.tilecore.culled_blocks;
@@ -509,6 +520,51 @@ void TileCore::finish_deferred(const TileJob& job, binner::TileIndex tile, Frame
   totals_.resolve_seconds += thread_seconds() - start;
 }
 
+void TileCore::spill(const TileJob& job, const TileState& state) {
+  const std::uint64_t needed = samples_.count * state.layout.room_bytes(),
+                      room = static_cast<std::uint64_t>(job.machine->cores.memory_bytes);
+  if (needed <= room) return;
+  const std::uint64_t bytes = memory::burst_bytes(0, needed - room, job.burst_bytes());
+  result_.ledger.write(memory::Unit::kTilecore, memory::Purpose::kTileState, bytes);
+  result_.ledger.read(memory::Unit::kTilecore, memory::Purpose::kTileState, bytes);
+  result_.counters.gbuffer.spilled_bytes += 2 * bytes;
+}
+
+std::vector<float> TileCore::prepass_depths(const TileState& state) {
+  return {state.z.begin(), state.z.begin() + static_cast<std::ptrdiff_t>(samples_.count)};
+}
+
+void TileCore::fill(const TileJob& job, binner::TileIndex tile, TileState& state) {
+  TESSERA_CHECK(state.started && samples_.pixels == job.grid->pixels(tile),
+                "a tile is filled right after its last entries");
+  if (job.procedures != nullptr) sampler_.merge_layers(*job.frame, state);
+  shader_.count_drawables(totals_.drawables);
+  const std::uint64_t list_bytes = shader_.fill(job, samples_, state);
+  list_waits_ = list_bytes > 0;
+  // Records of the G-buffer name their triangles; those of layers need the table.
+  const std::uint64_t layer_bytes = state.layers.empty() ? 0 : state.extra_bytes(job.blend_layers());
+  waiting_bytes_ = memory::burst_bytes(0, layer_bytes + list_bytes, job.burst_bytes());
+  result_.ledger.write(memory::Unit::kTilecore, memory::Purpose::kTileState, waiting_bytes_);
+  result_.counters.gbuffer.layer_bytes += waiting_bytes_;
+}
+
+void TileCore::light(const TileJob& job, binner::TileIndex tile, TileState& state, FrameTargets& targets) {
+  const IntRect pixels = job.grid->pixels(tile);
+  TESSERA_CHECK(samples_.pixels == pixels, "a tile is lit right after it was filled");
+  shader_.textures().begin_tile(job.textures);
+  result_.ledger.read(memory::Unit::kTilecore, memory::Purpose::kTileState, waiting_bytes_);
+  result_.counters.gbuffer.layer_bytes += waiting_bytes_;
+  result_.extra_bytes = state.extra_bytes(job.blend_layers());
+  result_.light_records = list_waits_;
+  if (job.spills) spill(job, state);
+  shader_.light(job, samples_, state);
+  resolve_multisample(
+      {shader_.color(), shader_.coverage(), samples_.spp, pixels, targets.region, job.burst_bytes(), false},
+      targets.color, result_.counters.resolve, result_.ledger);
+  store_colors(job, tile, job.actions, false, targets);
+  write_maps(state, targets);
+}
+
 void TileCore::finish_depths(const TileJob& job, binner::TileIndex tile, const TileState& state) {
   const IntRect pixels = job.grid->pixels(tile);
   TESSERA_CHECK(state.started && samples_.pixels == pixels && samples_.spp == 1, "a depth pass has a sample a texel");
@@ -534,7 +590,7 @@ void TileCore::finish_scene_color(const TileJob& job, binner::TileIndex tile, co
 
 void TileCore::count_reduced(const TileJob& job, binner::TileIndex tile) {
   for (int level = 1; level < job.scene_color->level_count(); ++level) {
-    // What it reads is what it makes of the level before, or, of the first, its pixels.
+    // A level is made from the texels of the level above; the first from the tile's pixels.
     const IntRect above = reduced_by(*job.scene_color, level - 1, job.grid->pixels(tile));
     result_.counters.transmission.texels_reduced += static_cast<std::uint64_t>(above.width() * above.height());
   }
@@ -570,18 +626,28 @@ void TileCore::finish(const TileJob& job, binner::TileIndex tile, TileState& sta
         {shader_.color(), shader_.coverage(), samples_.spp, pixels, targets.region, job.burst_bytes(), false},
         targets.color, result_.counters.resolve, result_.ledger);
   }
+  if (job.actions.color && job.actions.color->samples > 1) {
+    TESSERA_CHECK(job.actions.color->samples == samples_.spp, "an attachment keeps all samples of a pixel");
+    store_.round_samples(job.actions.color->coder, {tile, pixels, targets.region, job.burst_bytes()}, samples_.spp,
+                         shader_.color(), shader_.coverage(), targets.color);
+    result_.single_samples += shader_.color().size() - shader_.color().size() / static_cast<std::size_t>(samples_.spp);
+  }
   store_colors(job, tile, job.actions, open, targets);
+  write_maps(state, targets);
+  if (!targets.coarse_depth.farthest.empty()) store_coarse_depth(state, targets.coarse_depth);
+}
+
+void TileCore::write_maps(TileState& state, FrameTargets& targets) const {
   if (targets.auxiliary) shader_.write_auxiliary(samples_, state, targets);
   if (!targets.ids.values.empty())
     write_pixel_ids(samples_, state, shader_.pixel_invocations(), targets.region, targets.ids);
-  if (!targets.coarse_depth.farthest.empty()) store_coarse_depth(state, targets.coarse_depth);
 }
 
 void TileCore::store_colors(const TileJob& job, binner::TileIndex tile, const AttachmentActions& actions, bool open,
                             FrameTargets& targets) {
   TileStore::Tile whole{tile, job.grid->pixels(tile), targets.region, job.burst_bytes(), open};
   if (actions.color) {
-    store_.round(actions.color->coder, whole, targets.color);
+    if (actions.color->samples == 1) store_.round(actions.color->coder, whole, targets.color);
     return;
   }
   if (job.resolve != nullptr) {
@@ -597,8 +663,11 @@ void TileCore::load_frame(const TileJob& job, binner::TileIndex tile) {
   store_.load(job.store, {tile, job.grid->pixels(tile), job.grid->region(), job.burst_bytes()}, result_.ledger);
 }
 
-void TileCore::copy(const TileJob& job, binner::TileIndex tile, const AttachmentActions& actions,
+void TileCore::copy(const TileJob& job, binner::TileIndex tile, int samples, const AttachmentActions& actions,
                     FrameTargets& targets) {
+  const IntRect pixels = job.grid->pixels(tile);
+  result_.single_samples += static_cast<std::uint64_t>(samples - 1) * static_cast<std::uint64_t>(pixels.width()) *
+                            static_cast<std::uint64_t>(pixels.height());
   if (actions.load_color && !actions.color) load_frame(job, tile);
   store_colors(job, tile, actions, false, targets);
 }

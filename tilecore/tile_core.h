@@ -21,57 +21,67 @@
 
 namespace tessera::tilecore {
 
-// What a pass over an image does for a texel: bilinear lookups; clocks of a lane and registers.
+// Cost of a pass over an image for a texel: bilinear lookups; clocks of a lane and registers.
 struct ImageShader {
   std::uint32_t lookups = 0, clocks = 0, registers = 0;
 };
 
 // One tile core: renders tile after tile with its own scratch memory. One instance per thread.
 //
-//   entries of -> order    -> cull what -> tessellate -> moving -> raster or -> visible
-//   the tile      by depth    is hidden                  boxes     ray path     samples
-//   all entries done -> shade what is visible -> blend -> resolve -> store pixels
+//   entries of -> order    -> cull      -> tessellate -> moving -> raster or -> visible
+//   the tile      by depth    hidden                     boxes     ray path     samples
+//   all entries done -> shade visible samples -> blend -> resolve -> store pixels
 class TileCore {
  public:
-  // Tests the sub-patches of `entries` against the tile's samples; `state` gathers what they see. May be called several
-  // times for one tile (partial renders); the result does not depend on how the entries are divided or ordered.
+  // Tests the sub-patches of `entries` against the tile's samples; `state` gathers the surfaces that they see. May be
+  // called several times for one tile (partial renders); the result does not depend on the division or order of the
+  // entries.
   void render_entries(const TileJob& job, binner::TileIndex tile, std::vector<binner::ListEntry> entries,
                       TileState& state);
 
   // Shades, blends, resolves and writes the pixels of the tile that render_entries was last called for.
-  // `write_scene_color`: also leaves what is opaque in job.scene_color.
+  // `write_scene_color`: also leaves the opaque surfaces in job.scene_color.
   void finish(const TileJob& job, binner::TileIndex tile, TileState& state, FrameTargets& targets,
               bool write_scene_color = false);
-  // Instead, with job.depths: stores the depths of the tile's samples.
+  // Instead, with a G-buffer in memory: fills the tile's part of it. Then, when it is in memory, lights, blends, resolves and
+  // writes the pixels; take_result() tells the two apart, and nothing else may be done in between.
+  void fill(const TileJob& job, binner::TileIndex tile, TileState& state);
+  void light(const TileJob& job, binner::TileIndex tile, TileState& state, FrameTargets& targets);
+  // Instead, of a prepass: the depths of the tile's samples.
+  std::vector<float> prepass_depths(const TileState& state);
+  // Replaces finish() if job.depths is set: stores the depths of the tile's samples.
   void finish_depths(const TileJob& job, binner::TileIndex tile, const TileState& state);
-  // Instead, of a tile that will be rendered again with what transmits: leaves what is opaque in job.scene_color.
+  // Replaces finish() for a tile that will be rendered again with transmissive surfaces: leaves the opaque ones in
+  // job.scene_color.
   void finish_scene_color(const TileJob& job, binner::TileIndex tile, const TileState& state);
   // Charges the tile for its part of the smaller levels of job.scene_color.
   void count_reduced(const TileJob& job, binner::TileIndex tile);
 
-  // Traffic of loading what the frame buffer holds, but for headers.
+  // Charges the traffic of loading the frame buffer's content, without its headers.
   void load_frame(const TileJob& job, binner::TileIndex tile);
-  // Stores the finished colours of a tile anew: `actions` of a pass that copies them.
-  void copy(const TileJob& job, binner::TileIndex tile, const AttachmentActions& actions, FrameTargets& targets);
+  // Stores the finished colours of a tile again; `actions`: of a pass that copies them; `samples`: of each pixel that it loads
+  // and resolves.
+  void copy(const TileJob& job, binner::TileIndex tile, int samples, const AttachmentActions& actions,
+            FrameTargets& targets);
   // Charges the tile for a shader that makes so many texels of an image.
   void run_image_shader(const TileJob& job, std::uint64_t texels, const ImageShader& shader);
 
-  // Makes room in the history that all tiles write. With job.resolve; called once, before any tile.
+  // Makes room in the history that all tiles write. With job.resolve; call it once, before any tile.
   static void begin_resolve(const TileJob& job);
 
-  // With job.resolve and stencils that reach into neighbouring tiles: fills what was left open. When all tiles are
-  // finished.
+  // Fills the pixels that stencils left open because they reach into neighbouring tiles. With job.resolve, after all
+  // tiles are finished.
   void finish_deferred(const TileJob& job, binner::TileIndex tile, FrameTargets& targets);
 
-  // Traffic of storing and loading an unfinished tile.
+  // Charges the traffic of storing and loading an unfinished tile.
   void store_state(const TileJob& job, const TileState& state);
   void load_state(const TileJob& job, const TileState& state);
 
-  // Traffic on behalf of this core that another unit counted (its list's bursts).
+  // Adds traffic on behalf of this core that another unit counted (its list's bursts).
   void charge(const memory::Ledger& ledger) { result_.ledger += ledger; }
 
-  // All samples that single entries touch, hidden or not, for machines that draw in another order: begin_tile(), then
-  // entry by entry in any order. Alpha is not tested, nothing is kept.
+  // Finds all samples that a single entry touches, hidden or not, for machines that draw in another order: call
+  // begin_tile(), then find_hits() for the entries in any order. Alpha is not tested, and no state is kept.
   void begin_tile(const TileJob& job, binner::TileIndex tile) {
     prepare_samples(job, job.grid->pixels(tile), has_lens(job));
   }
@@ -79,37 +89,43 @@ class TileCore {
   // Work of the visibility units since the last result; modulo 2^32.
   timing::SubPatchItem counted() const;
 
-  // From now on, results have what units did for each sub-patch and warp, or no more.
+  // Chooses whether results from now on list the work of the units for each sub-patch and warp.
   void keep_items(bool keep);
-  // Until the next result, what this core moves also goes to `log`.
+  // Sends this core's transfers also to `log`, until the next result.
   void record_accesses(memory::AccessLog* log) {
     result_.ledger.record_into(log);
     resolve_.record_accesses(log);
   }
 
-  // All that was done since the last call: of one tile, where it is called after each.
+  // The results since the last call: of one tile, if it is called after each.
   TileResult take_result();
-  // Of all tiles since the last call.
+  // The totals of all tiles since the last call.
   CoreTotals take_totals() { return std::exchange(totals_, {}); }
 
  private:
   static bool has_lens(const TileJob& job) { return job.frame->projection.lens_scale != 0 || job.forced.lens; }
-  // The frame by which an entry's sub-patch moves; the samples are then those of its segment of motion.
+  // Returns the frame by which an entry's sub-patch moves, and sets the samples to its segment of motion.
   const scene::FrameGeometry& enter(const TileJob& job, const binner::ListEntry& entry);
   void leave_segment(const TileJob& job) {
     if (!samples_.part.whole()) samples_.enter(*job.pattern, 0, static_cast<float>(job.frame->projection.lens_scale));
   }
-  // Brings a tile's colours to where a pass with these actions leaves them. `open`: pixels are left to fill.
+  // Stores a tile's colours at the destination of a pass with these actions. `open`: some pixels are still to be
+  // filled.
   void store_colors(const TileJob& job, binner::TileIndex tile, const AttachmentActions& actions, bool open,
                     FrameTargets& targets);
+  // Leaves what is asked for besides colours.
+  void write_maps(TileState& state, FrameTargets& targets) const;
   // Writes the farthest depths of the tile's blocks.
   void store_coarse_depth(TileState& state, frontend::CoarseDepth& depth);
   static HistoryStorage history_storage(const TileJob& job);
-  // True: its second pass has pixels left to fill.
+  // Returns true if its second pass has pixels left to fill.
   bool finish_desampled(const TileJob& job, TileState& state, FrameTargets& targets);
-  // Keeps what was counted since `before` as an item. `drawable`: SubPatchItem::drawable.
+  // Keeps the counts since `before` as an item. `drawable`: SubPatchItem::drawable.
   void keep_item(const timing::SubPatchItem& before, std::uint32_t drawable);
-  // What the kernels for an entry need: what the scene has and the front end did not rule out, or what is forced.
+  // Charges the tile for samples that its memory has no room for.
+  void spill(const TileJob& job, const TileState& state);
+  // Effects that the kernels for an entry need: effects of the scene that the front end did not rule out, and forced
+  // ones.
   struct EntryEffects {
     RayEffects ray;
     bool displaced, alpha_tested;
@@ -118,18 +134,18 @@ class TileCore {
     return totals_.drawables[job.frame->assembly->patch_drawable[entry.base_patch]];
   }
   static EntryEffects effects_of(const TileJob& job, const binner::ListEntry& entry);
-  // `lens`: also through which point of it the samples look.
+  // Sets the samples; `lens`: with their points on the lens.
   void prepare_samples(const TileJob& job, IntRect pixels, bool lens);
-  // Whether all samples that the entry may touch see something nearer than it begins; counts it.
+  // Whether all samples that the entry may touch see a surface nearer than the entry's nearest depth; counts it.
   bool hidden(const binner::ListEntry& entry, TileState& state);
-  // The farthest depth of the blocks that it may touch.
+  // The farthest depth of the blocks that the entry may touch.
   float farthest_behind(const binner::ListEntry& entry, TileState& state) const;
   void render_sub_patch(const TileJob& job, const binner::ListEntry& entry, TileState& state);
-  // An entry that is a cell of a procedure.
+  // Whether an entry is a cell of a procedure.
   static bool is_cell(const TileJob& job, const binner::ListEntry& entry) {
     return job.procedures != nullptr && job.frame->drawable_of(entry.base_patch).procedure != nullptr;
   }
-  // `begin`: what was counted when they began to wait for each other; it moves on.
+  // Draws the waiting cells. `begin`: the counts when they began to wait; it moves on.
   void draw_cells(const TileJob& job, TileState& state, timing::SubPatchItem& begin);
   void count_cells(const TileJob& job, std::span<const binner::ListEntry> entries);
   void count_hidden(const TileJob& job, const binner::ListEntry& entry);
@@ -149,9 +165,11 @@ class TileCore {
   CoreTotals totals_;
   std::vector<TimeRange> leaf_times_;
   bool keep_items_ = false;
-  std::uint64_t image_lookups_ = 0;  // of passes over images, for the tile in hand
+  std::uint64_t waiting_bytes_ = 0;  // of layers and a light list, from fill() to light()
+  bool list_waits_ = false;
+  std::uint64_t image_lookups_ = 0;  // of passes over images, for the current tile
   std::vector<timing::WarpItem> image_warps_;
-  bool parameters_ = false;  // SampleLayout::parameters of the frame in hand
+  bool parameters_ = false;  // SampleLayout::parameters of the current frame
 };
 
 }  // namespace tessera::tilecore

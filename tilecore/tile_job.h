@@ -25,13 +25,13 @@ class ParameterMaps;
 
 struct ResolveFrame;
 
-// Effects whose general kernels run also where the scene does not ask for them, or the front end found that they can be
-// spared.
+// Effects whose general kernels run even if the scene does not ask for them or the front end found that they can be
+// left out.
 struct ForcedEffects {
   bool motion = false, lens = false, displacement = false, alpha_test = false;
 };
 
-// Everything that the tile cores of one frame share; read only but for what `resolve` says.
+// Everything that the tile cores of one frame share; read only, except for the targets of `resolve`.
 struct TileJob {
   const scene::FrameGeometry* frame = nullptr;
   const binner::TileGrid* grid = nullptr;
@@ -42,20 +42,21 @@ struct TileJob {
   ShadingCacheSettings shading_cache;
   TextureUnit::Settings textures;
   Lighting lighting;
-  std::optional<Vec3> background;  // none: the environment
+  std::optional<Vec3> background;  // nullopt: the environment
   ForcedEffects forced;
   // The kernels of a benchmark whose patches all have one set of effects (VisibilitySettings); nullptr: each its own.
   const VisibilityKernels* kernels = nullptr;
-  const ParameterMaps* procedures = nullptr;      // what the sampling controller draws, if anything
-  FrameStore store;                               // of finished pixels
-  AttachmentActions actions;                      // what tiles load before they draw, and store
+  const ParameterMaps* procedures = nullptr;      // cells that the sampling controller draws; nullptr: none
+  FrameStore store;                               // storage of finished pixels
+  AttachmentActions actions;                      // loads of tiles before they draw, and their stores
   ResolveFrame* resolve = nullptr;                // desampling; nullptr: every pixel is shaded
-  shaders::RadianceImage* scene_color = nullptr;  // as lighting.behind, to be filled; nullptr: nothing transmits
+  shaders::RadianceImage* scene_color = nullptr;  // lighting.behind's image, to be filled; nullptr: nothing transmits
   // A pass that draws depths alone, one sample a texel, stores them here and shades nothing. nullptr: colours are made.
   DepthMaps* depths = nullptr;
-  std::uint64_t maps_signature = 0;  // of all maps that lighting.shadows has, where tiles may be eliminated
+  std::uint64_t maps_signature = 0;  // of all maps of lighting.shadows, if tiles may be eliminated
   int depth_layer = 0;
-  bool pixel_ids = false;  // FrameTargets::ids are asked for
+  bool pixel_ids = false;  // FrameTargets::ids are requested
+  bool spills = false;     // samples that the tile memory has no room for go to memory and back
 
   std::uint64_t burst_bytes() const { return static_cast<std::uint64_t>(machine->memory.burst_bytes); }
   std::uint64_t line_bytes() const { return static_cast<std::uint64_t>(machine->line_bytes()); }
@@ -69,14 +70,15 @@ struct TileJob {
   }
 };
 
-// Whether anything may be seen elsewhere than where it rests: state then says where that is.
+// Whether a surface may be seen away from its place at shutter open through a pinhole; the state then keeps that place.
 inline bool sees_rest(const TileJob& job) {
   return job.frame->any_motion || job.frame->projection.lens_scale != 0 || job.forced.motion || job.forced.lens;
 }
 
 // The room that samples take in the tile memory in this frame.
 inline SampleLayout sample_layout(const TileJob& job) {
-  return {job.core.weight_bits, job.procedures != nullptr, sees_rest(job), job.depths != nullptr};
+  return {job.core.weight_bits, job.procedures != nullptr, sees_rest(job), job.depths != nullptr,
+          job.shading.gbuffer_bytes()};
 }
 
 }  // namespace tessera::tilecore

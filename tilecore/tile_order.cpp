@@ -10,13 +10,13 @@ namespace {
 
 constexpr int kMaxSide = 1 << 15;  // places are 32 bits wide
 
-// A curve through a square goes through its quadrants one after the other, and through each as another curve does.
+// A curve through a square goes through its quadrants one after the other, and through each in the way of some curve.
 struct Quadrant {
   std::uint8_t x, y, curve;
 };
 using Curve = std::array<Quadrant, 4>;
 constexpr std::uint8_t kZ = 0, kHilbertCurve = 1;
-// Hilbert's: as it is, transposed, transposed about the other diagonal, turned by half.
+// After Z, Hilbert's four curves: the basic one, transposed, transposed about the other diagonal, turned by half.
 constexpr std::array<Curve, 5> kCurves = {{
     {{{0, 0, kZ}, {1, 0, kZ}, {0, 1, kZ}, {1, 1, kZ}}},
     {{{0, 0, 2}, {0, 1, 1}, {1, 1, 1}, {1, 0, 3}}},
@@ -52,7 +52,7 @@ std::uint32_t next_in_square(const IntRect& cells, std::uint32_t from, const Squ
   return TileOrder::kNever;
 }
 
-// In strips of `height` rows of `columns` cells.
+// The place of a cell in strips of `height` rows of `columns` cells.
 std::uint32_t next_in_strips(const IntRect& cells, std::uint32_t from, int columns, int height) {
   const std::uint32_t strip_cells = static_cast<std::uint32_t>(columns) * static_cast<std::uint32_t>(height);
   const int first = static_cast<int>(from / strip_cells);

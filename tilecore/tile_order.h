@@ -13,14 +13,14 @@ namespace tessera::tilecore {
 
 enum class TileSequence : std::uint8_t { kRows, kStrips, kMorton, kHilbert };
 
-// In which order the machine gives the tiles of a grid to its cores: row by row; in strips eight tiles high, column by
-// column; or along a curve that keeps what is near in two dimensions near in time: the Z of Morton or that of Hilbert.
+// The order in which the machine gives the tiles of a grid to its cores: row by row; in strips eight tiles high, column
+// by column; or along a curve that keeps neighbours in the plane close in time: Morton's Z or Hilbert's curve.
 //
-// A tile's *place* rises along the order; not every place is taken.
+// A tile's *place* rises along the order; some places may be empty.
 //
 // Invariants (cited by the tests):
 //   OT1  tiles() holds every tile of the grid once, by rising place.
-//   OT2  next() is what a search of all tiles of the rectangle finds.
+//   OT2  next() equals the result of a search of all tiles of the rectangle.
 class TileOrder {
  public:
   static constexpr int kStripRows = 8;
@@ -31,7 +31,7 @@ class TileOrder {
   std::uint32_t place(binner::TileIndex tile) const;
   const std::vector<binner::TileIndex>& tiles() const { return tiles_; }
 
-  // The first place from `from` on of a tile in these columns and rows; kNever when there is none. What hardware finds
+  // The first place from `from` on of a tile in these columns and rows; kNever when there is none. Hardware finds it
   // from the bits of a place alone (Tropf and Herzog 1981).
   std::uint32_t next(const IntRect& tiles, std::uint32_t from) const;
 

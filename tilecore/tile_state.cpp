@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -24,6 +25,13 @@ void TileState::start(std::size_t samples, int width, int spp) {
   started = true;
 }
 
+void TileState::hide_behind(std::vector<float> depths, int width, int spp) {
+  known_depths_ = std::move(depths);
+  known_blocks_.start(known_depths_.size(), width, spp);
+  for (std::size_t s = 0; s < known_depths_.size(); ++s)
+    if (known_depths_[s] < kNothing) known_blocks_.touch(s, true);
+}
+
 void TileState::drop_hidden_layers() {
   std::erase_if(layers, [&](const Layer& layer) { return layer.z > z[layer.sample]; });
 }
@@ -35,7 +43,8 @@ void TileState::make_room() {
         fmt::format("a tile sees more than {} blended surfaces, all samples together; fewer samples per pixel (--spp) "
                     "or smaller tiles (tile.width, tile.height) need less",
                     max_layers));
-  // Twice what is visible now: the work of looking stays in proportion to the layers that came.
+  // Twice the number of visible layers, so that the search for hidden ones stays in proportion to the layers that were
+  // added.
   next_drop_ = std::min(max_layers, std::max<std::size_t>(2 * layers.size(), 4096));
 }
 

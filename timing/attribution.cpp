@@ -31,7 +31,7 @@ double constant_operations(const hardware::Machine& gpu, const WarpItem& item) {
 // Events of one drawable in a tile.
 struct TilePart {
   Weights weights{};
-  std::array<double, kPhaseCount> bytes{};  // how much it asks for; of a tile's bytes this is its weight
+  std::array<double, kPhaseCount> bytes{};  // bytes that it asks for: its weight in the tile's bytes
   std::uint64_t invocations = 0, tests = 0, lines = 0;
 };
 using TileParts = std::map<std::uint32_t, TilePart>;
@@ -107,7 +107,7 @@ StageCycles tile_cycles(const hardware::Machine& gpu, const TileWork& tile, cons
   return cycles;
 }
 
-// What each part of the frame's cycles went to.
+// Parts of the frame's cycles, by unit.
 Weights path_parts(const FrameTiming& timing) {
   Weights parts{};
   if (timing.events) {
@@ -123,7 +123,7 @@ Weights path_parts(const FrameTiming& timing) {
   return parts;
 }
 
-// Whole bytes that add up to the tile's.
+// Splits the tile's bytes into whole bytes that add up to them.
 void add_bytes(const TileWork& tile, const TileParts& parts, std::map<std::uint32_t, DrawableShare>& shares) {
   for (std::size_t phase = 0; phase < kPhaseCount; ++phase) {
     double all = 0, upto = 0;
@@ -142,7 +142,7 @@ void add_bytes(const TileWork& tile, const TileParts& parts, std::map<std::uint3
 
 using Entries = std::map<std::uint32_t, std::uint64_t>;  // of tile lists, by drawable
 
-// Whole bytes of the front end and the binner that add up to the round's.
+// Splits the round's bytes of the front end and the binner into whole bytes that add up to them.
 void add_geometry_bytes(std::uint64_t bytes, const Entries& entries, std::map<std::uint32_t, DrawableShare>& shares) {
   std::uint64_t all = 0, upto = 0, given = 0;
   for (const auto& [drawable, count] : entries) all += count;
@@ -156,7 +156,7 @@ void add_geometry_bytes(std::uint64_t bytes, const Entries& entries, std::map<st
   shares[0].dram_bytes += bytes - given;
 }
 
-// What no tile's units used: memory, L2, leakage, geometry.
+// Splits the energy outside the tiles' units: memory, L2, leakage, geometry.
 void add_shared_energy(const hardware::FrameEnergy& energy, const Entries& entries,
                        std::map<std::uint32_t, DrawableShare>& shares) {
   const auto split = [&](std::string_view unit, const auto& weight) {
@@ -184,7 +184,7 @@ void add_shared_energy(const hardware::FrameEnergy& energy, const Entries& entri
 std::map<std::uint32_t, DrawableShare> attribute(const hardware::Machine& gpu, const FrameWork& work,
                                                  const FrameTiming& timing, const hardware::FrameEnergy& energy) {
   std::map<std::uint32_t, DrawableShare> shares;
-  std::map<std::uint32_t, Weights> busy;  // cycles of units for it
+  std::map<std::uint32_t, Weights> busy;  // cycles of units for each drawable
   Weights all{};
   Entries entries;
   shares[0].dram_bytes = work.other_bytes;
@@ -243,9 +243,9 @@ std::map<std::uint32_t, DrawableShare> attribute(const hardware::Machine& gpu, c
 
 namespace {
 
-using CyclesByTile = std::map<std::uint32_t, double>;  // by its number
+using CyclesByTile = std::map<std::uint32_t, double>;  // by the tile's number
 
-// Cycles from the core taking a tile to its last pixel, all its rounds.
+// Cycles from the core taking a tile to its last pixel, summed over its rounds.
 CyclesByTile cycles_by_tile(const FrameWork& work, const Schedule& schedule) {
   CyclesByTile cycles;
   for (const TileSchedule& tile : schedule.tiles)
@@ -258,18 +258,18 @@ Schedule schedule_of(const hardware::Machine& gpu, const FrameWork& work, WarmCa
   return simulate_events(gpu, work, &caches).schedule;
 }
 
-// What a tile may hang on: not how many tiles there are, nor what is done before any.
+// The bounds that may limit a tile; the number of tiles and the work before all tiles are not among them.
 std::vector<Bound> bounds_of_tiles(const hardware::Machine& gpu, const StageCycles& busy) {
   std::vector<Bound> bounds;
   for (std::size_t s = 0; s < kStageCount; ++s)
     if (busy[s] > 0 && of_core(static_cast<Stage>(s))) bounds.push_back(static_cast<Bound>(s));
   bounds.insert(bounds.end(), {bound_of(Stage::kDram), Bound::kLatency});
-  // Phases have neither.
+  // The model with phases has neither.
   if (gpu.queues.model == hardware::TimingModel::kEvents) bounds.insert(bounds.end(), {Bound::kL2, Bound::kCaches});
   return bounds;
 }
 
-// What twice of each of them saves each tile.
+// Cycles of each tile that doubling each bound saves.
 std::vector<CyclesByTile> gains_by_doubling(const hardware::Machine& gpu, const FrameWork& work,
                                             const CyclesByTile& cycles, const WarmCaches& before,
                                             const std::vector<Bound>& bounds) {

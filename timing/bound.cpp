@@ -66,7 +66,7 @@ BoundGain find_bound(double cycles, std::vector<BoundGuess> guesses, double imba
     for (const BoundGain& gain : gains) best = std::max(best, gain.cycles);
     const BoundGain named =
         *std::find_if(gains.begin(), gains.end(), [&](const BoundGain& g) { return g.cycles >= best * kNearlyBest; });
-    // What may be named in its place: what is more specific if it gains nearly the best, else what gains much more.
+    // Candidates that may replace `named`: a more specific one if it gains nearly the best, a less specific one if it gains much more.
     const auto may_be = [&](const BoundGuess& guess) {
       return by_bound(guess, named) ? guess.most > 0 && guess.most >= best * kNearlyBest
                                     : guess.most * kNearlyBest > named.cycles;
@@ -76,11 +76,11 @@ BoundGain find_bound(double cycles, std::vector<BoundGuess> guesses, double imba
     for (const BoundGuess& guess : guesses)
       if (may_be(guess)) open.push_back(guess), most = std::max(most, guess.most);
     if (open.empty()) return named;
-    // One at first, which may be all it takes; then two at a time, on however many threads: which are simulated must not
-    // depend on it.
+    // The first round simulates one candidate, which may suffice; later rounds two, on any number of threads. The
+    // choice of candidates must not depend on that number.
     std::stable_partition(open.begin(), open.end(), [&](const BoundGuess& g) { return g.most >= most * kNearlyBest; });
     open.resize(std::min<std::size_t>(gains.size() == 1 ? 1 : 2, open.size()));
-    // One that gains less than this matters to no other: less than nearly the best, or than what is more specific.
+    // A candidate that gains less than this cannot be chosen: less than nearly the best, or than a more specific one.
     const auto least = [&](const BoundGuess& guess) {
       return by_bound(guess, named) ? best * kNearlyBest : named.cycles;
     };

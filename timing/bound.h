@@ -13,15 +13,15 @@
 
 namespace tessera::timing {
 
-// What the length of a frame hangs on: a unit, under its Stage's number, or what no unit has to itself.
+// A limit of a frame's length: a unit, under its Stage's number, or a limit that belongs to no single unit.
 enum class Bound : std::uint8_t {
-  kLatency = hardware::kStageCount,  // of memory, L2 and texture units, and how much may be under way meanwhile
-  kL2,                               // its rate
+  kLatency = hardware::kStageCount,  // latency of memory, L2 and texture units, and the number of requests in flight
+  kL2,                               // rate of the L2
   kCaches,                           // sizes of the L2 and the texture caches
-  kTileMemory,                       // tiles that a core works on at once
+  kTileMemory,                       // number of tiles that a core works on at once
   kGeometry,                         // front end and binner together, before any tile
   kTileCores,                        // all units of the cores together
-  kImbalance                         // cores with nothing left to do while others work
+  kImbalance                         // idle cores while other cores work
 };
 inline constexpr std::size_t kBoundCount = hardware::kStageCount + 7;
 
@@ -34,26 +34,27 @@ constexpr std::string_view name(Bound bound) {
                                               : kNames[index(bound) - hardware::kStageCount];
 }
 
-// The machine with twice as much of it: twice the rate, the number or the size; half the latencies and room for twice
-// as many requests. Not of kImbalance, which no number of the machine removes.
+// The machine with the bound doubled: twice the rate, the number or the size; for kLatency half the latencies and
+// room for twice as many requests. kImbalance is not allowed, as no number of the machine removes it.
 hardware::Machine doubled(const hardware::Machine& gpu, Bound bound);
 
-// A guess at what twice as much of something saves, in cycles: never less than it does.
+// Upper bound of the cycles that a doubling saves, as a guess before it is simulated.
 struct BoundGuess {
   Bound bound{};
   double most = 0;
 };
-// The same, found by simulating the frame again.
+// Cycles that a doubling saves, found by simulating the frame again.
 struct BoundGain {
   Bound bound{};
   double cycles = 0;
 };
 
-// What bounds a frame: of all that gain at least kNearlyBest of the best doubling, the first in the order of Bound, which
-// is the most specific. Doublings are simulated, the most specific of those with great guesses first, until no other can
-// change the answer: it is that of simulating all. `cycles`: of the frame. `imbalance`: what it would save if all cores
-// ended together. `with_twice`: cycles of the frame on doubled(gpu, bound) or, of a frame that takes longer than `limit`,
-// anything above that; asked of several threads. Gain 0: nothing gains anything.
+// Finds the bound of a frame: the first in the order of Bound, which is the most specific one, whose doubling gains
+// at least kNearlyBest of the best doubling. Doublings are simulated, starting with the most specific of those with
+// great guesses, until no other can change the answer; the answer is the same as if all were simulated. `cycles`:
+// cycles of the frame. `imbalance`: cycles that it would save if all cores ended together. `with_twice`: cycles of
+// the frame on doubled(gpu, bound), or any value above `limit` for a frame that takes longer; several threads call
+// it. Returns gain 0 when no doubling gains cycles.
 inline constexpr double kNearlyBest = 0.8;
 BoundGain find_bound(double cycles, std::vector<BoundGuess> guesses, double imbalance,
                      const std::function<double(Bound, double limit)>& with_twice);

@@ -11,11 +11,11 @@
 
 namespace tessera::timing {
 
-// The two queues of a frame, geometry and tiles, each by rising round: what may begin when. With machine.overlap=none a
-// round's geometry begins when nothing is under way, and its tiles follow; else its geometry and its tiles begin as soon as the rounds that they wait for
-// are stored (WorkRound::geometry_after, tiles_after), its tiles after its own geometry. With machine.overlap=frames the
-// geometry of the first round is that of the next frame, which is taken to be like this one: it begins beside the last
-// round's tiles.
+// The two queues of a frame, geometry and tiles, each by rising round; they decide which work may begin. With
+// machine.overlap=none a round's geometry begins when no work is in progress, and its tiles follow. Otherwise
+// geometry and tiles of a round begin as soon as the rounds that they wait for are stored (WorkRound::geometry_after,
+// tiles_after), the tiles after their own geometry. With machine.overlap=frames the first round's geometry belongs to
+// the next frame, which is assumed to equal this one: it begins beside the last round's tiles.
 //
 // Invariants (cited by the tests):
 //   RQ1  Geometry runs one round at a time; tiles of a round are given out after its geometry and after all tiles of the
@@ -32,7 +32,7 @@ class RoundQueues {
     next_geometry_ = next_frame_ ? 1 : 0;
   }
 
-  // The round whose geometry begins now; end_geometry() follows. `idle`: nothing is under way.
+  // Begins a round's geometry and returns the round; end_geometry() must follow. `idle`: no work is in progress.
   std::optional<std::size_t> begin_geometry(bool idle) {
     if (geometry_) return std::nullopt;
     if (next_geometry_ < rounds_.size()) {
@@ -44,7 +44,7 @@ class RoundQueues {
     next_frame_ = false;
     return geometry_ = 0;
   }
-  // The round whose geometry it was.
+  // Ends the geometry and returns its round.
   std::size_t end_geometry() {
     const std::size_t round = *geometry_;
     geometry_.reset();
@@ -53,7 +53,7 @@ class RoundQueues {
     return round;
   }
 
-  // Whether the tiles of one more round may be given out from now on.
+  // Opens the tiles of one more round if they may begin; returns whether it did.
   bool open_tiles() {
     if (opened_ == rounds_.size() || next_tile_ < tiles_open_ || !bound_[opened_] ||
         !stored(rounds_[opened_].tiles_after, opened_))
@@ -62,7 +62,7 @@ class RoundQueues {
     count_stored();
     return true;
   }
-  // The tile that is given out next, as a position in Schedule::tiles; one behind the last that may be.
+  // The next tile to give out, as a position in Schedule::tiles, and the end of the tiles that may be given out.
   std::size_t next_tile() const { return next_tile_; }
   std::size_t tiles_open() const { return tiles_open_; }
   void give_tile() { ++next_tile_; }

@@ -14,21 +14,20 @@ namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
-// Something that takes time: waits for its first data, then flows, as fast as its units and its share of the memory let
-// it.
+// A timed piece of work: it waits for its first data, then flows as fast as its units and its share of the memory allow.
 struct Job {
   double latency = 0;
-  double natural = 0;  // cycles when the memory never keeps it waiting
+  double natural = 0;  // cycles with a memory that never delays it
   double bytes = 0;
 };
 
 struct Running {
   Job job;
   std::uint32_t slot = 0;
-  double wake = 0;  // when the flow begins
+  double wake = 0;  // time at which the flow begins
   bool flowing = false;
-  double left = 1;       // of the flow
-  double rate = 0;       // of the flow, per cycle
+  double left = 1;       // part of the flow that is left
+  double rate = 0;       // parts of the flow per cycle
   double bandwidth = 0;  // bytes per clock that it gets
 };
 
@@ -44,8 +43,8 @@ class SharedTime {
     changed_ = true;
   }
 
-  // Goes on to the next time at which jobs end; their slots, in the order in which the jobs were started. `began` is
-  // told of each job whose flow begins.
+  // Advances to the next time at which jobs end and returns their slots, in the order in which the jobs were started.
+  // Calls `began` for each job whose flow begins.
   template <class Began>
   const std::vector<std::uint32_t>& advance(const Began& began) {
     ended_.clear();
@@ -59,7 +58,7 @@ class SharedTime {
   }
 
  private:
-  // Max-min fairness: who can use less than an equal share takes what he can use, the others share the rest.
+  // Max-min fairness: a job that needs less than an equal share gets its need, and the others share the rest.
   void share_memory() {
     changed_ = false;
     open_.clear();
@@ -96,7 +95,7 @@ class SharedTime {
     for (Running& r : running_)
       if (r.flowing) r.left = r.left / r.rate <= next ? 0 : r.left - next * r.rate;
     now_ += next;
-    // A wake-up must not be missed by the rounding of the sum.
+    // Rounding of the sum must not miss a wake-up.
     for (Running& r : running_)
       if (!r.flowing && r.wake - now_ <= 1e-9 * now_) r.wake = now_;
     const auto done = [](const Running& r) { return r.flowing && r.left == 0; };
@@ -123,7 +122,7 @@ constexpr std::uint64_t kStoredBlock = 64;  // pixels that are stored together
 
 double length_of(const PhaseCycles& phase) { return pipeline_ends(phase.cycles, phase.items).back(); }
 
-// One frame on its way through the machine.
+// The simulation of one frame.
 class FrameSimulation {
  public:
   FrameSimulation(const hardware::Machine& gpu, const FrameWork& work)
@@ -180,8 +179,8 @@ class FrameSimulation {
   Job tile_job(const TileWork& work, Phase phase) const {
     Job job;
     const std::uint64_t bytes = work.dram_bytes[static_cast<std::size_t>(phase)];
-    // The list, then the sub-patches' records, then their patches'; texels that were asked for first. Stores are not
-    // waited for.
+    // Latencies in a row: the list, the sub-patches' records, their patches' records; for shading the texels that
+    // were asked for first. Stores are posted.
     if (phase == Phase::kVisibility) job.latency = gpu_.latency_clk() * (work.sub_patches > 0 ? 3 : bytes > 0 ? 1 : 0);
     if (phase == Phase::kShading && bytes > 0) job.latency = gpu_.latency_clk();
     job.natural = length_of(phase_cycles(gpu_, work, phase));
@@ -200,7 +199,7 @@ class FrameSimulation {
 
   std::uint32_t geometry_slot() const { return static_cast<std::uint32_t>(cores_.size() * kPhaseCount); }
 
-  // Geometry, then tiles, of all rounds that wait for nothing.
+  // Starts geometry, then tiles, of all rounds that need not wait.
   void start() {
     do {
       do begin_geometry();
@@ -226,7 +225,7 @@ class FrameSimulation {
     return schedule_.tiles[*cores_[slot / kPhaseCount].busy[phase]].phases[phase];
   }
 
-  // Starts all that can start now. A phase that takes no time ends at once, which may let others start.
+  // Starts all jobs that can start now. A phase that takes no time ends at once, which may let others start.
   void dispatch() {
     bool again = true;
     while (again) {
@@ -314,8 +313,7 @@ std::span<const Stage> phase_stages(Phase phase) {
 }
 
 std::vector<double> pipeline_ends(std::span<const double> cycles, std::uint64_t items) {
-  // The last item leaves unit u when it has passed units 1 to u itself and waited for the slowest of them to do all
-  // before it.
+  // The last item leaves unit u when it has passed units 1 to u itself, after the slowest of them has done all earlier items.
   std::vector<double> ends;
   const auto n = static_cast<double>(std::max<std::uint64_t>(items, 1));
   double sum = 0, slowest = 0;
@@ -362,7 +360,7 @@ double latency(const hardware::Machine& gpu, const Schedule& schedule) {
 }
 
 double tile_time(const Schedule& schedule) {
-  double time = 0, before = 0;  // the end of all rounds so far
+  double time = 0, before = 0;  // `before`: the end of all earlier rounds
   for (std::size_t t = 0; t < schedule.tiles.size();) {
     const std::uint32_t round = schedule.tiles[t].round;
     const double begin = std::max(schedule.tiles[t].phases.front().begin, before);
@@ -398,7 +396,7 @@ PassTime pass_time(const FrameWork& work, const Schedule& schedule, std::uint32_
   };
   for (const TileSchedule& tile : schedule.tiles)
     if (work.rounds[tile.round].pass == pass) add(tile.phases.front().begin, tile.phases.back().end);
-  // Without that of the next frame, which begins beside the last tiles.
+  // The next frame's geometry, which begins beside the last tiles, is left out.
   for (std::size_t r = 0; r < work.rounds.size(); ++r)
     if (const Schedule::Span& span = schedule.geometry[r];
         work.rounds[r].pass == pass && work.rounds[r].geometry.patches > 0 && (!all || span.begin < all->end))
@@ -439,7 +437,7 @@ double waits_for_tile_memory(const hardware::Machine& gpu, const Schedule& sched
 
 namespace {
 
-// Units that are busy for long enough to matter, and what else may: simulating them all takes little.
+// Guesses for units that are busy long enough to matter, and for the other bounds; simulating all of them is cheap.
 std::vector<BoundGuess> guesses_of(const hardware::Machine& gpu, const FrameTiming& timing, const Schedule& schedule) {
   std::vector<BoundGuess> guesses;
   const auto busy = [&](Stage stage) { return timing.busy[static_cast<std::size_t>(stage)]; };

@@ -70,7 +70,7 @@ std::array<std::uint64_t, kPhaseCount> phase_bytes(const memory::Ledger& ledger)
 
 namespace {
 
-// The cycles of units, each as long as the longest of its parts that work side by side.
+// Cycles of units; a unit takes as long as the longest of its parts, which work side by side.
 class UnitTimes {
  public:
   void add(Stage unit, std::uint8_t parts, double cycles) {
@@ -102,7 +102,7 @@ StageCycles stage_cycles(const hardware::Machine& gpu, const GeometryWork& work)
       times.add(Stage::kFrontend, hardware::kFirstPart | hardware::kSecondPart, gpu.clocks(event, counts[event]));
   }
   StageCycles cycles = times.cycles();
-  // Lanes, texture units, tessellators and decoders work on vertices side by side; lanes also run what is computed before.
+  // Lanes, texture units, tessellators and decoders work on vertices side by side; lanes also run the other shaders before tiles.
   const bool compiled = gpu.shades_on_lanes() && gpu.shader.costs == hardware::ShaderCosts::kCompiled;
   const double shading = (compiled ? static_cast<double>(work.vertex_clocks) / gpu.per_clk(Event::kShaderClocks)
                                    : gpu.clocks(Event::kDomainInvocations, counts[Event::kDomainInvocations])) +

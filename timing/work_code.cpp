@@ -38,7 +38,7 @@ void each_number(Item& item, const Visit& visit) requires std::is_same_v<std::re
   visit(lanes), visit(kind), visit(clocks), visit(registers), visit(texels), visit(texel_lines), visit(drawable);
 }
 
-// Of a tile's items, but for its lists.
+// The numbers of a tile's items, without its lists.
 template <class Items, class Visit>
 void each_number(Items& items, const Visit& visit) requires std::is_same_v<std::remove_const_t<Items>, TileItems> {
   visit(items.shading_lines), visit(items.list_bytes), visit(items.record_bytes), visit(items.load_bytes);
@@ -92,7 +92,7 @@ class Reader {
     if (value > std::uint64_t{T(-1)}) throw BadWork{"a number that is too large"};
     member = static_cast<T>(value);
   }
-  // Of things that take a byte at least.
+  // The length of a list whose elements take at least one byte each.
   std::size_t length() {
     const std::uint64_t value = number();
     if (value > bytes_.size() - at_) throw BadWork{"a list longer than the rest"};
@@ -113,7 +113,7 @@ class Reader {
     return std::string(bytes_.substr(at_ - size, size));
   }
   void end() const {
-    if (at_ != bytes_.size()) throw BadWork{"goes on behind its end"};
+    if (at_ != bytes_.size()) throw BadWork{"continues behind its end"};
   }
 
  private:
@@ -121,7 +121,7 @@ class Reader {
   std::size_t at_ = 0;
 };
 
-// Items take as many lines as there are.
+// Checks that items take as many lines as the lists hold.
 void check_lines(const TileItems& items) {
   std::uint64_t lines = items.shading_lines, texel_lines = 0;
   for (const SubPatchItem& item : items.sub_patches) {

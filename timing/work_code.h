@@ -7,14 +7,14 @@
 
 namespace tessera::timing {
 
-// A frame's work as bytes: every number in 7-bit groups, least significant first, the eighth bit set in all but the last,
-// in the order of the declarations in work.h and items.h, events in the order of hardware/events.def; lists behind their
-// lengths. Numbers of lines are signed
-// differences to the line before, the sign in the lowest bit. Equal work has equal bytes.
+// A frame's work as bytes. Every number is written in 7-bit groups, least significant first, the eighth bit set in
+// all but the last. Members follow in the order of work.h and items.h, events in the order of hardware/events.def,
+// each list after its length. A number of a line is stored as the signed difference to the line before, with the sign
+// in the lowest bit. Equal work has equal bytes.
 //
 // Invariants (cited by the tests):
 //   WC1  decode(encode(work)) has the bytes of `work` again.
-//   WC2  Whatever the bytes, decode() returns work or throws BadWork, and makes no list longer than the bytes that are left.
+//   WC2  For any bytes, decode() returns work or throws BadWork, and makes no list longer than the remaining bytes.
 std::string encode(const FrameWork& work);
 
 struct BadWork {

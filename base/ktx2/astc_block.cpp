@@ -79,7 +79,7 @@ bool is_contracted(const Ends& ends) {
   return ends[1][0] + ends[1][1] + ends[1][2] < ends[0][0] + ends[0][1] + ends[0][2];
 }
 
-// What endpoints in falling order mean: exchanged, and red and green are halfway to blue ("blue contraction").
+// Endpoints in falling order mean "blue contraction": they are exchanged, and red and green are halfway to blue.
 Ends expanded(const Ends& ends) {
   Ends out = {ends[1], ends[0]};
   for (auto& end : out)
@@ -98,7 +98,8 @@ AstcBlock rising(AstcBlock block) {
       std::swap(block.endpoints[values * subset + i], block.endpoints[values * subset + i + 1]);
     for (std::size_t i = 0; i < block.weight_count(); ++i)
       if (pattern[i / planes] == subset) {
-        // Values with digits pair up by their low bit, those of bits alone from both ends.
+        // Values with a digit and bits pair up by their low bit; values of bits or of a digit alone pair up from both
+        // ends.
         std::uint8_t& weight = block.weights[i];
         const int last = block.weight_range.levels() - 1;
         if (block.weight_range.base == 1 || block.weight_range.bits == 0)

@@ -11,9 +11,9 @@
 namespace tessera::ktx2 {
 
 // Invariants (cited by the tests):
-//   AB1  decode_astc(pack_astc(block)) are the texels of the block, with and without sRGB.
-//   AB2  decode_astc() gives what libastcenc does: for sRGB the same bits, else the same but for its rounding of 16
-//        bits to 8, one step at most.
+//   AB1  decode_astc(pack_astc(block)) gives the texels of the block, with and without sRGB.
+//   AB2  decode_astc() agrees with libastcenc: bit by bit for sRGB, and otherwise except for libastcenc's rounding of
+//        16 bits to 8, which differs by at most one step.
 struct AstcBlock {
   bool solid = false;  // one colour, `color`, and nothing else
   std::array<std::uint8_t, 4> color{};
@@ -43,8 +43,8 @@ AstcBytes pack_astc(const AstcBlock& block);
 // False where the bytes are a block that pack_astc() never makes.
 [[nodiscard]] bool decode_astc(const AstcBytes& bytes, bool srgb, TexelBlock& texels);
 
-// A UASTC block (Basis Universal, "UASTC LDR 4x4 Texture Specification"), which is an ASTC block of 19 kinds in an
-// order of bits of its own. False where its mode or pattern is reserved.
+// A UASTC block (Basis Universal, "UASTC LDR 4x4 Texture Specification"): an ASTC block of one of 19 kinds, with its
+// bits in another order. Returns false where its mode or pattern is reserved.
 [[nodiscard]] bool read_uastc(const AstcBytes& bytes, AstcBlock& block);
 
 }  // namespace tessera::ktx2

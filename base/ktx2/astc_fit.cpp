@@ -8,7 +8,7 @@ namespace {
 
 constexpr int kNoFit = std::numeric_limits<int>::max();
 
-// A range's values in the order of what they stand for.
+// The values of a range, sorted by their unquantized numbers.
 struct Ladder {
   std::array<std::uint8_t, 256> values{};
   std::array<std::uint8_t, 256> numbers{};
@@ -55,7 +55,7 @@ const Ladder& ladder_of(const std::array<Ladder, 21>& all, AstcRange range) {
   return all[i];
 }
 
-// As rungs of the two ladders, not yet values.
+// A fit in rungs of the two ladders, before they become values.
 struct Rungs {
   std::array<std::array<int, 2>, 3> ends{};
   std::array<int, 4> weights{}, errors{};

@@ -105,8 +105,8 @@ unsigned spread_bits(const char* pattern, int value) {
   return out;
 }
 
-// Where the bits below a digit go, and what the digit counts (tables "Endpoint unquantization parameters" and "Weight
-// unquantization parameters").
+// Pattern that spreads the bits below a digit, and the factor of the digit (tables "Endpoint unquantization parameters"
+// and "Weight unquantization parameters").
 struct Spread {
   const char* pattern;
   unsigned factor;
@@ -272,7 +272,7 @@ std::array<std::uint8_t, 16> astc_partition(std::uint32_t seed, int subsets) {
     unsigned highest = 0;
     for (unsigned plane = 0; plane < static_cast<unsigned>(subsets); ++plane) {
       const unsigned height = (slope(2 * plane) * x + slope(2 * plane + 1) * y + (number >> kOffsetAt[plane])) & 63u;
-      // Of equal heights the first plane has the texel.
+      // Between equal heights the first plane gets the texel.
       if (plane == 0 || height > highest) highest = height, pattern[texel] = static_cast<std::uint8_t>(plane);
     }
   }

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <span>
 
-// The numbers of ASTC blocks (Khronos Data Format 1.3, sections 23.12 to 23.15 and 23.21): integer sequences, what
-// their values stand for, partitions.
+// The numbers of ASTC blocks (Khronos Data Format 1.3, sections 23.12 to 23.15 and 23.21): integer sequences,
+// unquantized values and partitions.
 namespace tessera::ktx2 {
 
 // Values 0 to levels - 1: a digit of base 1, 3 or 5 above some bits.
@@ -33,12 +33,12 @@ constexpr AstcRange astc_range(int levels) {
   throw "no such range";
 }
 
-// What a value stands for: 0 to 255 of an endpoint (ranges of 6 levels and more), 0 to 64 of a weight (up to 32
+// Unquantized number of a value: 0 to 255 for an endpoint (ranges of 6 levels and more), 0 to 64 for a weight (up to 32
 // levels).
 int astc_endpoint(AstcRange range, int value);
 int astc_weight(AstcRange range, int value);
 
-// The value that stands for the number nearest to `wanted`; of two the one for the smaller number.
+// The value whose unquantized number is nearest to `wanted`; of two, the one with the smaller number.
 int nearest_astc_endpoint(AstcRange range, int wanted);
 
 // 128 bits, the first in the low bit of byte 0.

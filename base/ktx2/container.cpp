@@ -77,7 +77,7 @@ bool read_index(FileBytes bytes, Container& container, std::string& fault) {
   return true;
 }
 
-// Channels of the samples: what they hold, and whether alpha is among them.
+// Checks the channels of the samples and finds out whether alpha is among them.
 bool read_channels(bool etc1s, std::size_t samples, FileBytes block, bool& alpha) {
   const auto channel = [&](std::size_t sample) {
     return block[kDescriptorHeadBytes + kDescriptorSampleBytes * sample + 3] & 15u;

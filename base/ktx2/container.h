@@ -8,7 +8,7 @@
 
 #include "base/ktx2/ktx2.h"
 
-// The container's parts, checked: nothing points outside of the file.
+// The parts of the container, checked: no offset points outside of the file.
 namespace tessera::ktx2 {
 
 using FileBytes = std::span<const std::uint8_t>;
@@ -18,7 +18,7 @@ enum class Supercompression : std::uint8_t { kNone = 0, kBasisLz = 1, kZstandard
 struct ContainerLevel {
   std::uint32_t width, height;  // texels
   FileBytes data;
-  std::uint64_t unpacked_bytes;  // as the file says; of no meaning for BasisLZ
+  std::uint64_t unpacked_bytes;  // as the file says; meaningless for BasisLZ
 
   std::uint32_t columns() const { return (width + 3) / 4; }
   std::uint32_t rows() const { return (height + 3) / 4; }

@@ -14,8 +14,8 @@ namespace {
 
 using ByteSpan = std::span<const std::uint8_t>;
 
-// Selectors used last, the often used ones in front: a use moves one to half its place, a new one replaces one of the
-// rear half, all of them in their order.
+// The selectors used last, frequent ones in front. A use moves a selector to half its place; a new selector replaces
+// one of the rear half, each of them in turn.
 class SelectorHistory {
  public:
   explicit SelectorHistory(std::uint32_t size) : values_(size), next_(size / 2) {}
@@ -127,13 +127,14 @@ class SliceReader {
   }
 
  private:
-  // Where the endpoint of a block comes from.
+  // The source of a block's endpoint.
   enum Prediction : unsigned { kLeft, kAbove, kAboveLeft, kDelta };
-  // The symbol behind the 256 predictions of 2x2 blocks: the one before, again and again.
+  // The symbol after the 256 predictions of 2x2 blocks: it repeats the previous prediction several times.
   static constexpr std::uint32_t kRepeat = 256, kMinRepeats = 3;
   static constexpr std::uint32_t kMinRun = 3, kLongRun = 63;
 
-  // Predictions of 2x2 blocks, 2 bits each, are read with the upper left one; those of the lower row wait.
+  // The predictions of 2x2 blocks, 2 bits each, are read at the upper left block; the lower row's predictions are
+  // stored until then.
   bool next_predictions(std::uint32_t x, std::uint32_t y) {
     if (y % 2 == 1) {
       predictions_ = lower_[x / 2];
@@ -158,7 +159,7 @@ class SliceReader {
   }
 
   bool next_endpoint(unsigned prediction, std::uint32_t x, std::uint32_t y) {
-    // above_ has this row up to x - 1 and the row above from x on; above_left_ is what x - 1 replaced.
+    // above_ holds this row up to x - 1 and the row above from x on; above_left_ is the value that x - 1 replaced.
     const std::uint16_t above = above_[x];
     if (prediction == kLeft) {
       if (x == 0) return false;

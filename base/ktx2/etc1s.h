@@ -28,7 +28,7 @@ struct Etc1sBlock {
   std::uint16_t endpoint, selector;
 };
 
-// What all slices of a file share.
+// The data that all slices of a file share.
 //
 // Invariants (cited by the tests):
 //   BL1  Every block that read_etc1s_slice() gives names an endpoint and a selector that exist.
@@ -36,17 +36,18 @@ struct Etc1sCodebooks {
   std::vector<Etc1sEndpoint> endpoints;
   std::vector<Etc1sSelector> selectors;
   HuffmanCode predictions, endpoint_deltas, selector_symbols, selector_runs;
-  std::uint32_t history_size = 0;  // of selectors that were used last; up to 8191
+  std::uint32_t history_size = 0;  // number of last used selectors that are remembered; up to 8191
 };
 
-// The three sections of the global data. Counts are of entries, 1 to 65535. False with `fault` set where a section is
-// not what it should be or ends early.
+// Reads the three sections of the global data. The counts are numbers of entries, 1 to 65535. Returns false with
+// `fault` set where a section is malformed or ends early.
 [[nodiscard]] bool read_etc1s_codebooks(std::uint32_t endpoint_count, std::span<const std::uint8_t> endpoint_section,
                                         std::uint32_t selector_count, std::span<const std::uint8_t> selector_section,
                                         std::span<const std::uint8_t> table_section, Etc1sCodebooks& books,
                                         std::string& fault);
 
-// One slice of columns x rows blocks, row by row. `blocks` has their number of entries. False with `fault` set.
+// Reads one slice of columns x rows blocks, row by row. `blocks` has columns * rows entries. Returns false with `fault`
+// set.
 [[nodiscard]] bool read_etc1s_slice(const Etc1sCodebooks& books, std::span<const std::uint8_t> slice,
                                     std::uint32_t columns, std::uint32_t rows, std::span<Etc1sBlock> blocks,
                                     std::string& fault);

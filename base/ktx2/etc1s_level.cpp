@@ -30,7 +30,7 @@ constexpr unsigned used_of(FitKey key) { return key & 15u; }
 constexpr std::size_t endpoint_of(FitKey key) { return (key >> 4) & 0xFFFFu; }
 constexpr std::size_t kind_of(FitKey key) { return key >> 20; }
 
-// A block of one slice with what it refers to.
+// A block of one slice with the entries of the codebooks that it refers to.
 struct SliceBlock {
   unsigned endpoint, used;
   const Etc1sEndpoint* colors;
@@ -123,8 +123,8 @@ class FitTable {
 // Most fits of a slice's block that are compared.
 constexpr std::size_t kMaxFits = 3;
 
-// What a block of ASTC can be made of: its components and planes, and the kinds of the fits of colour and alpha. One
-// plane has room for one of the two; the other one is solid.
+// A way to make an ASTC block: its components and planes, and the kinds of the fits of colour and alpha. One plane has
+// room for one of the two fits; the other one is solid.
 struct Plan {
   int components, planes;
   Kind color, alpha;
@@ -136,7 +136,8 @@ constexpr std::array<Plan, 3> kBothPlans = {{{4, 2, kRgbTwoPlanes4, kAlphaTwoPla
                                              {4, 2, kRgbTwoPlanes3, kAlphaTwoPlanes3},
                                              {4, 2, kRgbTwoPlanes2, kAlphaTwoPlanes2}}};
 
-// Those of a block, of which the one with the least error is taken; none where it is solid. `alpha` may be null.
+// The plans to try for a block, of which the one with the least error is taken; none for a solid block. `alpha` may be
+// null.
 std::span<const Plan> plans_of(const SliceBlock& color, const SliceBlock* alpha) {
   if (alpha == nullptr) return std::span(kOpaquePlan).first(color.solid() ? 0 : 1);
   if (color.solid() && alpha->solid()) return {};
@@ -185,7 +186,7 @@ class AstcLevel {
     return slice_block(books_, blocks_.alpha[index]);
   }
 
-  // Keys of the fits that blocks need; what is solid needs none.
+  // Keys of the fits that the blocks need; solid blocks need none.
   std::vector<FitKey> all_keys() const {
     std::vector<FitKey> keys;
     keys.reserve(blocks_.alpha.empty() ? blocks_.color.size() : 2 * kMaxFits * blocks_.color.size());

@@ -8,7 +8,7 @@
 #include "base/ktx2/texel_block.h"
 
 // Blocks of ETC1, ETC2 and EAC (Khronos Data Format 1.3, chapters 21 and 22). Words are big-endian in memory; texels
-// are numbered column by column inside of them, and row by row everywhere else here.
+// are numbered column by column inside the words, and row by row everywhere else in this code.
 namespace tessera::ktx2 {
 
 // The two steps, small and large, of each table; a texel's index chooses +small, +large, -small, -large.
@@ -18,7 +18,7 @@ inline constexpr std::array<std::array<int, 2>, 8> kEtc1Modifiers = {
 // Distances of the modes T and H.
 inline constexpr std::array<int, 8> kEtc2Distances = {3, 6, 11, 16, 23, 32, 41, 64};
 
-// What a texel's index adds to an EAC block's base value, times the multiplier.
+// Table of steps by index: step * multiplier is added to the base value of an EAC block.
 inline constexpr std::array<std::array<int, 8>, 16> kEacModifiers = {{{-3, -6, -9, -15, 2, 5, 8, 14},
                                                                       {-3, -7, -10, -13, 2, 6, 9, 12},
                                                                       {-2, -5, -8, -13, 1, 4, 7, 12},
@@ -46,14 +46,14 @@ struct EtcHalves {
   bool differential = false, flip = false;
   std::array<Rgb, 2> base{};
   std::array<int, 2> table{};
-  TexelIndices indices{};  // of kEtc1Modifiers
+  TexelIndices indices{};  // indices into the row of kEtc1Modifiers
 };
 // 1 for texels of the second half.
 constexpr unsigned etc_half(bool flip, unsigned texel) { return (flip ? texel / 4 : texel % 4) / 2; }
 
-// Two colours of 4 bits a channel and a distance, 0 to 7. T paints with the first colour and with the second one, moved
-// by +distance, 0, -distance; H with both moved by + and -distance. H has no block where the colours, as 12-bit
-// numbers, and the distance's low bit do not go together; see pack_etc2_h().
+// Two colours of 4 bits a channel and a distance, 0 to 7. Mode T paints with the first colour, and with the second one
+// moved by +distance, 0 and -distance. Mode H paints with both colours, each moved by +distance and -distance. H cannot
+// encode every combination of colours, as 12-bit numbers, and the distance's low bit; see pack_etc2_h().
 struct EtcPaint {
   std::array<Rgb, 2> color{};
   int distance = 0;
@@ -74,7 +74,7 @@ int etc2_plane_value(const EtcPlane& plane, std::size_t channel, int x, int y);
 using EtcBytes = std::array<std::uint8_t, 8>;
 EtcBytes pack_etc1(const EtcHalves& halves);
 EtcBytes pack_etc2_t(const EtcPaint& paint);
-EtcBytes pack_etc2_h(EtcPaint paint);  // exchanges the colours where the distance asks for it
+EtcBytes pack_etc2_h(EtcPaint paint);  // exchanges the colours where the distance needs it
 EtcBytes pack_etc2_plane(const EtcPlane& plane);
 
 // Base 0 to 255, multiplier 1 to 15 (0 is read as it stands), table 0 to 15, indices 0 to 7.

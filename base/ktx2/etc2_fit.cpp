@@ -75,7 +75,7 @@ class HalfFit {
 
   Half run() {
     for (int table = 0; table < 8; ++table) {
-      // The mean first; then the mean of what is left of the texels without their steps.
+      // Starts at the mean, then takes the mean of the texels less their steps.
       Half trial = at(mean_base(0), table);
       for (int round = 0; round < 2; ++round) {
         const Rgb base = mean_base(trial.steps);
@@ -106,8 +106,8 @@ class HalfFit {
     return half;
   }
 
-  // Where no colour is clamped, a step m in all channels changes a texel's error by 3mm - 2md, d being how much
-  // brighter it is than the base, over all channels.
+  // Where no colour is clamped, a step m in all channels changes a texel's error by 3mm - 2md, where d is the texel's
+  // excess in brightness over the base, summed over the channels.
   void measure_free(const Rgb& wide, Half& half) const {
     const auto [small, large] = kEtc1Modifiers[static_cast<std::size_t>(half.table)];
     const int base_brightness = wide[0] + wide[1] + wide[2];
@@ -236,7 +236,7 @@ void try_halves(const std::array<Rgb, 16>& texels, bool flip, Found& found) {
 
 // ---- T and H ----------------------------------------------------------------------------------------------------
 
-// Means of two groups of texels, each with those nearer to it; the sums and numbers.
+// Two groups of texels, each texel in the group with the nearer mean: sums and numbers of texels.
 struct Groups {
   std::array<Rgb, 2> sum{};
   std::array<int, 2> count{};

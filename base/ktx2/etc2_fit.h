@@ -6,22 +6,22 @@
 
 #include "base/ktx2/etc2_block.h"
 
-// Blocks of ETC2 and EAC near given texels, by search in whole numbers: the same bits everywhere.
+// Search for blocks of ETC2 and EAC near given texels, in whole numbers: the same bits on every host.
 namespace tessera::ktx2 {
 
-// The block of ETC2 RGB for the colours of 16 texels, of least squared error among what is tried: halves either way
-// with 4 and with 5 bits, T, H and planar, each from the texels' means or least squares and moved as long as that
-// helps.
+// Returns the block of ETC2 RGB with the least squared error among the tried ones, for the colours of 16 texels. It
+// tries both splits into halves with 4 and with 5 bits, T, H and planar. Each starts from the texels' means or least
+// squares and moves as long as the error falls.
 EtcBytes fit_etc2_rgb(const TexelBlock& texels);
 
-// The block of EAC nearest to 16 values, among what is tried. Exact where all values are the same.
+// Returns the block of EAC nearest to 16 values, among the tried ones. Exact where all values are equal.
 //
 // Invariants (cited by the tests):
-//   EA1  A block of one alpha comes back as it was.
+//   EA1  A block of texels with equal alpha is encoded without error.
 EacValues fit_eac(std::span<const std::uint8_t, 16> values);
 
-// A block for 16 texels, `bytes` of it: 8 for their colours, or 16, of which the first 8 are EAC's for their alpha.
-// Replaces those channels of `texels` by what it decodes to.
+// Encodes 16 texels to a block of bytes.size() bytes: 8 hold their colours; of 16, the first 8 hold their alpha as EAC.
+// Replaces the encoded channels of `texels` by their decoded values.
 void encode_etc2(const TexelBlock& wanted, std::span<std::uint8_t> bytes, TexelBlock& texels);
 
 }  // namespace tessera::ktx2

@@ -5,7 +5,7 @@
 namespace tessera::ktx2 {
 namespace {
 
-// Symbols of the code that lengths are packed with: 0 to 16 are lengths, the others repeat.
+// Symbols of the code that packs the lengths: 0 to 16 are lengths, the others repeat.
 constexpr std::uint32_t kShortZeros = 17, kLongZeros = 18, kShortRepeat = 19;
 
 struct Run {
@@ -13,7 +13,7 @@ struct Run {
   std::uint8_t length;
 };
 
-// What a repeating symbol stands for: 3 to 10 or 11 to 138 zeros, 3 to 6 or 7 to 134 times the length before.
+// Expands a repeating symbol: 3 to 10 or 11 to 138 zeros, 3 to 6 or 7 to 134 times the previous length.
 Run length_run(std::uint32_t symbol, std::uint8_t before, BitReader& reader) {
   if (symbol == kShortZeros) return {3 + reader.bits(3), 0};
   if (symbol == kLongZeros) return {11 + reader.bits(7), 0};

@@ -9,8 +9,8 @@
 
 namespace tessera::ktx2 {
 
-// Bits of a byte string, from the least significant bit of each byte up. Reading past the end gives zeros and is
-// remembered: callers decode on and ask once.
+// Bits of a byte string, from the least significant bit of each byte up. Reading past the end gives zeros and sets
+// overrun(), so callers decode on and check once.
 class BitReader {
  public:
   explicit BitReader(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
@@ -30,7 +30,7 @@ class BitReader {
     return value;
   }
 
-  // More bits were asked for than there are.
+  // Whether more bits were read than the string has.
   bool overrun() const { return overrun_; }
 
  private:
@@ -41,8 +41,8 @@ class BitReader {
   bool overrun_ = false;
 };
 
-// Lengths of a code are packed by another, of 21 symbols: 0 to 16 are lengths, the others repeat. The order in which that
-// one's lengths are stored, so that trailing ones can be left out.
+// The lengths of a code are themselves packed with a code of 21 symbols: 0 to 16 are lengths, the others repeat. This
+// is the order in which the lengths of that second code are stored, so that trailing zeros can be left out.
 inline constexpr std::array<std::uint8_t, 21> kHuffmanLengthOrder = {17, 18, 19, 20, 0,  8, 7,  9, 6,  10, 5,
                                                                      11, 4,  12, 3,  13, 2, 14, 1, 15, 16};
 
@@ -50,26 +50,26 @@ inline constexpr std::array<std::uint8_t, 21> kHuffmanLengthOrder = {17, 18, 19,
 // of one length in rising order; the first bit of a code is the first in the stream.
 //
 // Invariants (cited by the tests):
-//   HU1  A set of lengths is accepted where it is complete: every bit string decodes. The only others are no symbol at
-//        all and a single symbol.
+//   HU1  A set of lengths is accepted where the code is complete: every bit string decodes. The only incomplete codes
+//        that are accepted have no symbol or a single one.
 class HuffmanCode {
  public:
   static constexpr std::uint32_t kMaxSymbols = 16383;
   static constexpr unsigned kMaxLength = 16;
 
-  // Lengths in bits by symbol, 0 where a symbol has no code. False where they are no code (HU1).
+  // Takes the lengths in bits by symbol, 0 where a symbol has no code. Returns false where they form no code (HU1).
   [[nodiscard]] bool build(const std::vector<std::uint8_t>& lengths);
 
-  // Reads a code's lengths and builds it (KTX 2.0, appendix BasisLZ/ETC1S, "Compressed Huffman Tables"). False with
-  // `fault` set where they are not one.
+  // Reads a code's lengths and builds it (KTX 2.0, appendix BasisLZ/ETC1S, "Compressed Huffman Tables"). Returns false
+  // with `fault` set where the lengths form no code.
   [[nodiscard]] bool read(BitReader& reader, std::string& fault);
 
-  // The next symbol; kNone where the bits are no code, which a complete code has none of.
+  // Returns the next symbol, or kNone where the bits match no code, which cannot happen with a complete code.
   static constexpr std::uint32_t kNone = ~std::uint32_t{0};
   std::uint32_t decode(BitReader& reader) const;
 
  private:
-  std::array<std::uint32_t, kMaxLength + 1> count_{};  // of codes by length
+  std::array<std::uint32_t, kMaxLength + 1> count_{};  // number of codes by length
   std::vector<std::uint16_t> symbols_;                 // in the order of their codes
 };
 

@@ -16,7 +16,7 @@ namespace {
 // Codebooks of 65535 entries, Huffman tables of 16383 symbols, a history of 8191 selectors; Zstandard's tables.
 constexpr std::uint64_t kBasisLzBytes = 1 << 20, kZstandardBytes = 256 << 10;
 
-// The texture and, of the largest level, what is between it and the file.
+// Bytes of the texture plus, for the largest level, of the working memory between the file and the texture.
 std::uint64_t unpacking_bytes(const Container& container, BasisTarget target) {
   const bool alpha = container.header.alpha;
   std::uint64_t sum = 0;
@@ -31,7 +31,7 @@ std::uint64_t unpacking_bytes(const Container& container, BasisTarget target) {
     case Supercompression::kBasisLz:
       break;
   }
-  // A row of blocks is remembered besides.
+  // Plus one row of blocks that the decoder remembers.
   return sum + blocks * sizeof(Etc1sBlock) * (alpha ? 2 : 1) + etc1s_working_bytes(target, alpha, blocks) +
          std::uint64_t{4} * container.levels.front().columns() + kBasisLzBytes;
 }

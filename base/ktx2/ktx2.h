@@ -20,7 +20,7 @@
 //   for (const BasisLevel& level : texture.levels) upload(level.blocks), show(level.width, level.height, level.texels);
 namespace tessera::ktx2 {
 
-// What memory is to hold. kRgba32: the texels, 4 bytes each, no blocks. kAstc4x4: blocks of 16 bytes.
+// Form of the textures in memory. kRgba32: the texels, 4 bytes each, no blocks. kAstc4x4: blocks of 16 bytes.
 enum class BasisTarget : std::uint8_t { kRgba32, kAstc4x4 };
 
 // One mip level, width x height texels. Blocks of 4x4 texels come row by row from the top left; those at the right and
@@ -32,10 +32,11 @@ struct BasisLevel {
 };
 
 // Invariants (cited by the tests):
-//   KT1  For kRgba32 the texels have the bits of the Basis Universal transcoder's RGBA32; without alpha it is 255.
-//   KT2  For kAstc4x4 they are what the blocks decode to, which for linear UASTC are these bits again.
-//   KT3  Whatever the bytes, no more memory is taken than was charged before, and that never for more pixels than the
-//        limits allow.
+//   KT1  For kRgba32 the texels have the bits of the Basis Universal transcoder's RGBA32; without alpha in the file,
+//        alpha is 255.
+//   KT2  For kAstc4x4 the texels are decoded from the blocks; for linear UASTC they have the same bits as for kRgba32.
+//   KT3  Whatever the bytes, unpacking takes no more memory than it charged before, and never charges for more pixels
+//        than the limits allow.
 //   KT4  The same bytes give the same texture whatever the machine and the number of threads.
 struct BasisTexture {
   BasisTarget target = BasisTarget::kRgba32;
@@ -45,26 +46,26 @@ struct BasisTexture {
   std::vector<BasisLevel> levels;  // the largest first, each half as wide and high as the one before, rounded down
 };
 
-// What the head of a file says of it. Sides in texels of the largest level, `levels` at least 1.
+// Contents of a file's head. Sides in texels of the largest level, `levels` at least 1.
 struct Ktx2Header {
   int width = 0, height = 0, levels = 0;
   bool etc1s = false;  // else UASTC
   bool srgb = false, alpha = false;
-  // Most that unpacking takes, the texture included, by target.
+  // Peak bytes of unpacking, the texture included, by target.
   std::array<std::uint64_t, 2> unpacking_bytes{};
 };
 
 // Whether bytes begin like a KTX 2.0 file.
 bool is_ktx2(std::span<const std::uint8_t> bytes);
 
-// Reads the head alone: header, level index, data format, key/value data. False with the fault in words in `fault`
-// where something is not what KHR_texture_basisu allows; throws LimitError where the image is larger than the limits.
-// Sides need not be multiples of 4, levels need not be all.
+// Reads the head alone: header, level index, data format, key/value data. Returns false with the fault in words in
+// `fault` where KHR_texture_basisu forbids something in it; throws LimitError where the image is larger than the
+// limits. Sides need not be multiples of 4, and levels may be missing.
 [[nodiscard]] bool read_ktx2_header(std::span<const std::uint8_t> bytes, const ImageLimits& limits, Ktx2Header& header,
                                     std::string& fault);
 
-// Reads and unpacks all levels. Faults and limits as above; `charge` is told once, before anything large is allocated,
-// how many bytes unpacking takes at most, the texture included. `texture` is of no use where the result is false.
+// Reads and unpacks all levels. Faults and limits as above. `charge` receives once, before anything large is allocated,
+// the peak bytes of unpacking, the texture included. `texture` is unspecified where the result is false.
 [[nodiscard]] bool decode_ktx2(std::span<const std::uint8_t> bytes, BasisTarget target, const ImageLimits& limits,
                                BasisTexture& texture, std::string& fault, const ChargeBytes& charge = {});
 

@@ -12,10 +12,10 @@
 
 namespace tessera::ktx2 {
 
-// Bytes of a block in memory; 0 where there are none.
+// Bytes of a block in memory; 0 for a target without blocks.
 constexpr std::size_t block_bytes_of(BasisTarget target) { return target == BasisTarget::kRgba32 ? 0 : 16; }
 
-// The texels of a block; those beyond the level repeat its last column and row.
+// The texels of a block; texels beyond the level repeat its last column and row.
 inline TexelBlock get_block(const BasisLevel& level, std::size_t column, std::size_t row) {
   const auto width = static_cast<std::size_t>(level.width), height = static_cast<std::size_t>(level.height);
   TexelBlock block;
@@ -54,13 +54,13 @@ void write_level(const ContainerLevel& source, std::size_t block_bytes, BasisLev
   });
 }
 
-// Slices of a level of ETC1S blocks, the alpha one empty without alpha.
+// Slices of a level of ETC1S blocks; the alpha slice is empty without alpha.
 struct Etc1sLevel {
   std::span<const Etc1sBlock> color, alpha;
 };
 void write_etc1s_level(const Etc1sCodebooks& books, const Etc1sLevel& blocks, const ContainerLevel& source,
                        BasisTarget target, bool srgb, BasisLevel& level);
-// Bytes of memory that it takes besides the level.
+// Bytes of working memory besides the level.
 std::uint64_t etc1s_working_bytes(BasisTarget target, bool alpha, std::uint64_t block_count);
 
 }  // namespace tessera::ktx2

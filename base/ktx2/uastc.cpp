@@ -50,8 +50,8 @@ constexpr std::array<std::uint8_t, 128> modes_by_bits() {
 }
 constexpr std::array<std::uint8_t, 128> kModeByBits = modes_by_bits();
 
-// Seeds of the patterns: those of two subsets that BC7 has, too; those that merge subsets of its patterns of three, for
-// mode 7; those of three.
+// Seeds of the patterns: two subsets, which BC7 has as well; two merged subsets of BC7's patterns of three, for mode 7;
+// three subsets.
 constexpr std::array<std::uint16_t, 30> kTwoSubsets = {28,  20,  16,  29,  91,  9,   107, 72,  149, 204,
                                                        50,  114, 496, 17,  78,  39,  252, 828, 43,  156,
                                                        116, 210, 476, 273, 684, 359, 246, 195, 694, 524};

@@ -1,6 +1,6 @@
-// Blocks of ETC2 by our decoder and by Mesa's (OSMesa), bit by bit: random bytes, and every mode as often as each other.
+// Compares ETC2 blocks as Tessera and Mesa (OSMesa) decode them, bit by bit: random bytes, with every mode equally often.
 //
-//   tessera_etc2_oracle   prints how many texels of how many blocks were compared; fails where one differs
+//   tessera_etc2_oracle   prints the number of compared texels and blocks; fails where one differs
 #include <array>
 #include <cstdint>
 #include <cstdio>
@@ -20,7 +20,7 @@ using Bytes = std::vector<std::uint8_t>;
 
 constexpr int kBlocksAcross = 256, kSide = 4 * kBlocksAcross;
 
-// What Mesa makes of kBlocksAcross^2 blocks: RGBA8, rows from the first on.
+// kBlocksAcross^2 blocks as Mesa decodes them: RGBA8, rows from the first on.
 Bytes by_mesa(const Bytes& blocks, GLenum format) {
   const GLuint name = texture(GL_TEXTURE_2D);
   glCompressedTexImage2D(GL_TEXTURE_2D, 0, format, kSide, kSide, 0, static_cast<GLsizei>(blocks.size()), blocks.data());
@@ -52,8 +52,8 @@ void set_bit(std::uint8_t* block, unsigned number, bool value) {
   byte = static_cast<std::uint8_t>((byte & ~(1u << number % 8)) | (value ? 1u : 0u) << number % 8);
 }
 
-// Individual, differential, T, H, planar: by the differential bit, and by which channel's sum of base and difference
-// overflows first.
+// Sets one of the modes individual, differential, T, H and planar: by the differential bit, and by the first channel
+// whose sum of base and difference overflows.
 void choose_mode(std::uint8_t* block, unsigned mode, std::mt19937& random) {
   constexpr std::array<unsigned, 3> kBaseAt = {59, 51, 43};
   set_bit(block, 33, mode != 0);
@@ -66,7 +66,7 @@ void choose_mode(std::uint8_t* block, unsigned mode, std::mt19937& random) {
     } while ((base + (difference ^ 4u) - 4 > 31) != overflows);
     for (unsigned bit = 0; bit < 5; ++bit) set_bit(block, kBaseAt[channel] + bit, (base >> bit & 1) != 0);
     for (unsigned bit = 0; bit < 3; ++bit) set_bit(block, kBaseAt[channel] - 3 + bit, (difference >> bit & 1) != 0);
-    if (overflows) return;  // the channels behind it are as they are
+    if (overflows) return;  // later channels keep their bits
   }
 }
 
@@ -91,7 +91,7 @@ int compare() {
       const Bytes mesa = by_mesa(blocks, format);
       wrong += different(mesa, by_us(blocks, block_bytes));
       texels += mesa.size() / 4;
-      // The twin: another bit, another image.
+      // The twin: another bit must give another image.
       for (std::size_t at = block_bytes - 1; at < blocks.size(); at += block_bytes) blocks[at] ^= 1;
       twin += different(mesa, by_us(blocks, block_bytes));
     }

@@ -1,4 +1,4 @@
-// Cost of finding the tiles of one sub-patch, method by method.
+// Measures the time of finding the tiles of one sub-patch, method by method.
 #include <benchmark/benchmark.h>
 
 #include <memory>
@@ -40,7 +40,7 @@ void CoverSubPatch(benchmark::State& state, CoverageMethod coverage, bool interv
   const TileGrid grid(1280, 720, 32, 32);
   TileCoverageUnit unit(gpu.binner);
   const auto& work = scene().sub_patches;
-  // Verify: covered and dropped tiles are those of the rectangle.
+  // Verify: covered and dropped tiles add up to the rectangle's.
   for (const MovingBody& s : work) {
     const TileCoverage& c = unit.cover(s, true, grid);
     if (c.covered + c.dropped_exact + c.dropped_time != c.times.size()) state.SkipWithError("tiles were lost");

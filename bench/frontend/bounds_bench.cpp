@@ -1,4 +1,4 @@
-// Cost of bounding one sub-patch by each method, and of one min-max query.
+// Measures the time of bounding one sub-patch by each method, and of one min-max query.
 #include <benchmark/benchmark.h>
 
 #include <array>
@@ -33,14 +33,14 @@ const Scene& scene() {
   return kScene;
 }
 
-// Sub-patches as the front end splits them, one box after another.
+// Sub-patches as the front end splits them, in its order.
 struct Work {
   std::uint32_t patch;
   std::vector<scene::CellRange> ranges;
 };
 std::vector<Work> split_work(const Scene& s) {
   gpu::GpuConfiguration gpu;
-  gpu.frontend.split_pixels = 32;  // many sub-patches a base patch, so that what they share does not hide them
+  gpu.frontend.split_pixels = 32;  // many sub-patches a base patch, so that their common work does not hide their own
   const FrontEndResult split = run_front_end(*s.frame, s.pyramids, gpu.front_end_spec());
   std::vector<Work> work;
   for (const BoundedSubPatch& p : split.sub_patches) {
@@ -51,7 +51,7 @@ std::vector<Work> split_work(const Scene& s) {
   return work;
 }
 
-// Argument 0: the method; 1: what is timed (0 the box, 1 with its bounds on screen).
+// Argument 0: the method; 1: the timed work (0 the box, 1 with its bounds on screen).
 void BoundSubPatch(benchmark::State& state) {
   const Scene& s = scene();
   const auto method = static_cast<BoundMethod>(state.range(0));
@@ -59,7 +59,7 @@ void BoundSubPatch(benchmark::State& state) {
   state.SetLabel(std::string(word(method)) + (on_screen ? ", on screen" : "") + ", " + simd_target_name());
   SubPatchBounder bounder(*s.frame, s.pyramids, method);
   const std::vector<Work> work = split_work(s);
-  // Verify: what the front end kept is in sight with this method too.
+  // Verify: sub-patches that the front end kept are visible with this method too.
   std::size_t bounds = 0;
   for (const Work& w : work) {
     bounder.begin(w.patch);
@@ -88,7 +88,7 @@ void BoundSubPatch(benchmark::State& state) {
 }
 BENCHMARK(BoundSubPatch)->ArgsProduct({{0, 1, 2, 3, 4}, {0, 1}})->Unit(benchmark::kMillisecond);
 
-// The same sub-patches, four of a base patch at once, their bounds on screen included as in body().
+// The same sub-patches, four of a base patch at once, including their bounds on screen as in body().
 void BoundSiblings(benchmark::State& state) {
   const Scene& s = scene();
   const auto method = static_cast<BoundMethod>(state.range(0));
@@ -109,7 +109,7 @@ void BoundSiblings(benchmark::State& state) {
       for (const SiblingBound& sibling : siblings) visit(sibling);
     }
   };
-  // Verify: as one by one.
+  // Verify: the results are the same as one by one.
   SubPatchBounder single(*s.frame, s.pyramids, method);
   for (const Work& w : work) {
     single.begin(w.patch);

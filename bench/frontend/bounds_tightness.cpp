@@ -1,13 +1,13 @@
-// How much larger than the truth the boxes of each bounding method are, per split level, as Munkberg et al. 2010 plot
-// it; and what the front end's splits buy in tile overlap.
+// Measures the tightness of each bounding method, as the ratio of its boxes to the true ones by split level (as in
+// Munkberg et al. 2010), and the tile overlap by the front end's splits.
 //
 //   tessera_bounds_tightness CAPTURE OUT_FOLDER
 //
-// Overlap: tiles that the queues name, over tiles that some triangle of the sub-patch touches at some time through some
-// lens point, by the front end's limit on a sub-patch's size. Writes overlap.csv and overlap.svg.
+// True boxes come from "tessellate, then bound": the box of the sub-patch's own vertices in the frame that OBB, TPATCH
+// and NPATCH share. Writes tightness.csv and the plots bounds_volume.svg, bounds_area.svg and bounds_extent.svg.
 //
-// The truth is "tessellate, then bound": the box of the sub-patch's own vertices in the frame that OBB, TPATCH and
-// NPATCH share. Writes tightness.csv and the plots bounds_volume.svg, bounds_area.svg and bounds_extent.svg.
+// Overlap is the number of tiles in the lists over the number of tiles that some triangle of the sub-patch touches at
+// some time through some lens point, by the front end's limit on a sub-patch's size. Writes overlap.csv and overlap.svg.
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -38,7 +38,7 @@ Sizes sizes_of(const std::array<double, 3>& s) {
   return {s[0] + s[1] + s[2], s[0] * s[1] + s[1] * s[2] + s[2] * s[0], s[0] * s[1] * s[2]};
 }
 
-// Sides of the box of all vertices of the cells, along the axes.
+// Sides of the box of all vertices of the cells, along the given axes.
 std::array<double, 3> truth(const scene::FrameGeometry& frame, std::uint32_t patch, const scene::CellRange& cells,
                             const Frame& axes) {
   std::array<double, 3> low, high;

@@ -1,4 +1,4 @@
-// Measures what desampling saves and what it costs in error, over whole replays.
+// Measures the savings of desampling and its error, over whole replays.
 //
 //   tessera_desampling_curves OUT_FOLDER [PART]   PART: thresholds, captures, stencils, drift, traffic, eyes,
 //                                                 shimmer, splits, images, faults; default: all.
@@ -6,11 +6,11 @@
 //                                                 files, plots and images
 //   tessera_desampling_curves OUT_FOLDER score CAPTURE FIRST LAST SETTINGS...
 //                                                 one row for each; SETTINGS: "KEY=VALUE,KEY=VALUE", keys of `resolve.`
-//   tessera_desampling_curves --check             a small replay: are the things that are compared the same things?
+//   tessera_desampling_curves --check             a small replay: checks that the comparisons compare equal things
 //
-// The reference of every frame is the same frame with every pixel shaded. Saved: share of the reference's runs of the
-// pixel shader. Errors are of what a display shows: PSNR of every frame, mean SSIM and mean FLIP of every sixth; means
-// over frames. Resolve: the unit's share of processor time.
+// The reference of every frame is the same frame with every pixel shaded. Saved: share of the reference's
+// pixel-shader invocations. Errors are measured on displayed values: PSNR of every frame, mean SSIM and mean FLIP of
+// every sixth frame; figures are means over frames. Resolve: the unit's share of processor time.
 #include <algorithm>
 #include <array>
 #include <filesystem>
@@ -76,8 +76,7 @@ constexpr std::array kThresholds = {
     std::array{0.5, 0.5, 1.0},   std::array{0.25, 0.25, 0.5}, std::array{0.01, 0.01, 0.01}};
 constexpr const char* kStencils[] = {"cubic", "bilinear", "cubic_interpolating"};
 
-// Where the line from point to point, sorted by savings, saves `saved`; nothing where no two points have it between
-// them.
+// PSNR at `saved` on the line from point to point, sorted by savings; empty if no two points enclose it.
 std::optional<double> decibel_at(std::vector<std::pair<double, double>> points, double saved) {
   std::sort(points.begin(), points.end());
   for (std::size_t i = 1; i < points.size(); ++i) {
@@ -89,7 +88,7 @@ std::optional<double> decibel_at(std::vector<std::pair<double, double>> points, 
   return std::nullopt;
 }
 
-// Adaptive desampling at the very savings of checkerboard, over all frames and in each by itself.
+// Adaptive desampling at exactly the savings of checkerboard, over all frames and frame by frame.
 void print_equal_shading(const std::string& label, const std::vector<Score>& curve, const Score& board) {
   std::vector<std::pair<double, double>> means;
   for (const Score& s : curve) means.emplace_back(s.saved, s.psnr);
@@ -185,7 +184,7 @@ void stencils(const fs::path&) {
   const char* kinds[] = {"nearest", "bilinear", "cubic_unscaled", "cubic", "cubic_interpolating"};
   for (const char* rate : {"fixed_8", "fixed_4"}) {
     fmt::print(
-        "\n{}: RMSE of what is shown, x 1000\n\n| capture | nearest | bilinear | cubic, unscaled | cubic | "
+        "\n{}: RMSE of displayed values, x 1000\n\n| capture | nearest | bilinear | cubic, unscaled | cubic | "
         "interpolating | cubic / bilinear | interpolating / bilinear |\n|---|---:|---:|---:|---:|---:|---:|---:|\n",
         rate);
     for (const char* name : {"eggs", "flyby", "serpent", "stroll", "vases", "workshop"}) {
@@ -206,7 +205,7 @@ void stencils(const fs::path&) {
   }
 }
 
-// The slow part of the walk, played on and on: one moving camera for 120 frames.
+// The slow part of the walk, extended: one moving camera for 120 frames.
 void drift(const fs::path& folder) {
   scene::Capture capture = read_shipped("stroll");
   capture.settings.frame_rate = 200;  // 0.9 seconds of slow walking last 180 frames

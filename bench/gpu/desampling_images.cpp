@@ -40,14 +40,14 @@ Vec3 color_of_block(const FrameTargets& t, int x, int y) {
   if (rate == 0) return Vec3(0.1f);
   if (t.edges.at(x, y)[0] != 0 && rate >= 16) return Vec3(0.8f, 0.15f, 0.15f);
   if (rate >= 16) return Vec3(0.9f);
-  // The others are advected or reconstructed. A block of which advection gave nothing looks reconstructed.
+  // Other blocks are reprojected or reconstructed. A block without a reprojected pixel looks reconstructed.
   for (int j = y & ~3; j < std::min((y & ~3) + 4, t.rate.height); ++j)
     for (int i = x & ~3; i < std::min((x & ~3) + 4, t.rate.width); ++i)
       if (t.origin.at(i, j)[0] == 1) return Vec3(0.2f, 0.65f, 0.3f);
   return rate == 4 ? Vec3(0.1f, 0.25f, 0.75f) : Vec3(0.3f, 0.7f, 0.95f);
 }
 
-// Half the size: colours of blocks laid over the frame's lightness.
+// Half the size: colours of blocks over the frame's lightness.
 Image8 rate_map(const FrameTargets& t, const Image8& display) {
   return painted(display.width / 2, display.height / 2, [&](int x, int y) {
     const Vec3 c = texel(display, 2 * x, 2 * y);
@@ -55,7 +55,7 @@ Image8 rate_map(const FrameTargets& t, const Image8& display) {
   });
 }
 
-// Where pixels come from, each `scale` pixels large.
+// Origin of pixels, each `scale` pixels large.
 Image8 origin_map(const FrameTargets& t, IntRect part, int scale) {
   const Vec3 colors[] = {Vec3(0.92f), Vec3(0.2f, 0.65f, 0.3f), Vec3(0.3f, 0.7f, 0.95f)};
   return painted(part.width() * scale, part.height() * scale, [&](int x, int y) {
@@ -109,8 +109,8 @@ constexpr int kCropWidth = 64, kCropHeight = 48, kScale = 4, kGap = 4;
 struct Fault {
   const char* name;
   std::function<scene::Capture()> scene;
-  int first, frame;  // rendered from the first on
-  Sets before;       // settings that show the fault; none: no setting does
+  int first, frame;  // rendered from `first` on
+  Sets before;       // settings that show the fault; empty if no setting does
 };
 
 Image8 frame_of(const scene::Capture& capture, const Fault& fault, const Sets& sets) {
@@ -126,7 +126,7 @@ int difference_at(const Image8& a, const Image8& b, int x, int y) {
   return sum;
 }
 
-// The crop, on multiples of eight pixels, that has most of something.
+// The crop, aligned to eight pixels, with the largest amount.
 IntRect part_with_most(int width, int height, const std::function<int(int x, int y)>& amount) {
   IntRect best{0, 0, kCropWidth, kCropHeight};
   long most = -1;
@@ -140,7 +140,7 @@ IntRect part_with_most(int width, int height, const std::function<int(int x, int
   return best;
 }
 
-// Where two images differ most; where they do not, what shows most.
+// The crop in which two images differ most; if they are equal, the one with most content.
 IntRect worst_part(const Image8& a, const Image8& full) {
   if (a.values != full.values)
     return part_with_most(a.width, a.height, [&](int x, int y) { return difference_at(a, full, x, y); });

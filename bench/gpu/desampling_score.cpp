@@ -16,7 +16,7 @@ namespace {
 using gpu::Device;
 using gpu::FrameResult;
 
-// All threads of the program count.
+// Processor time of all threads of the program.
 double process_seconds() {
   std::timespec t{};
   clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);

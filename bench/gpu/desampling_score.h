@@ -12,7 +12,7 @@
 
 namespace tessera::bench {
 
-// Settings as --set takes them.
+// Settings in the form of --set.
 using Sets = std::vector<std::string>;
 
 // Frames [first, last) of a shipped capture.
@@ -23,22 +23,22 @@ struct Shot {
 };
 
 scene::Capture read_shipped(const std::string& name);
-// `images`: with those of the resolve unit, and of its error.
+// `images`: also keeps the images of the resolve unit and of its error.
 gpu::Device renderer_of(const scene::Capture& capture, const Shot& shot, const Sets& sets, bool images = false);
 
-// The displayed values, between 0 and 1.
+// Displayed values between 0 and 1.
 Image shown(const Image8& display);
 double rmse(const Image& a, const Image& b);
 
 // The frames with every pixel shaded.
 struct Reference {
   std::vector<Image8> display;
-  std::vector<Image> linear;  // kept only where asked for
+  std::vector<Image> linear;  // kept only on request
   std::vector<std::uint64_t> invocations;
 };
 Reference render_reference(const scene::Capture& capture, const Shot& shot, bool keep_linear = false);
 
-// Frames that are bit-identical count as this many dB in a mean of PSNR, so that they cannot lift it without bound.
+// Bit-identical frames count as this many dB in a mean of PSNR, so that they cannot raise it without bound.
 inline constexpr double kIdenticalDecibel = 60;
 
 struct Score {
@@ -46,38 +46,37 @@ struct Score {
   double saved = 0;           // share of the reference's pixel-shader invocations, over all frames
   double psnr = 0;            // mean over frames
   double ssim = 0, flip = 0;  // means over every sixth frame: they take longer than rendering
-  double resolve_of_tiles = 0,
-         resolve_of_frame =
-             0;  // the resolve unit's share of the processor time of tile cores; of all that rendering takes
+  // The resolve unit's share of the processor time of tile cores, and of all rendering.
+  double resolve_of_tiles = 0, resolve_of_frame = 0;
 
   double worst_psnr() const;
 };
 // Renders the shot with these settings and compares it with the reference, frame by frame.
 Score score(const scene::Capture& capture, const Shot& shot, const Sets& sets, const Reference& reference);
 
-// resolve.desampling=adaptive and more.
+// resolve.desampling=adaptive and further settings.
 Sets adaptive(Sets more = {});
 // The three thresholds of speed.
 Sets speeds(double reuse, double half_rate, double quarter_rate);
 
 // ---- Parts of tessera_desampling_curves ---------------------------------------------------------------------------
 
-// Measures the flicker that a viewer sees and full shading does not have: per pair of frames in a row, FLIP (Andersson
-// et al. 2020) between the change from one to the next and the change that full shading shows, 1/2 + (b - a)/2 of
-// displayed values, as mean over pixels and pairs. Comparing changes is the temporal loss of Chaitanya et al. 2017
-// ("Interactive reconstruction of Monte Carlo image sequences using a recurrent denoising autoencoder", section 4): its
-// L1 is measured beside. Adaptive desampling by thresholds beside checkerboard; shimmer.csv, and the ratio at
-// checkerboard's savings.
+// Measures flicker that full shading does not have. For each pair of consecutive frames, FLIP (Andersson et al. 2020)
+// compares the change from one to the next with the change under full shading, as 1/2 + (b - a)/2 of displayed
+// values; the result is the mean over pixels and pairs. Comparing changes is the temporal loss of Chaitanya et al.
+// 2017 ("Interactive reconstruction of Monte Carlo image sequences using a recurrent denoising autoencoder", section
+// 4); its L1 is measured as well. Compares adaptive desampling by thresholds with checkerboard; writes shimmer.csv
+// and the ratio at checkerboard's savings.
 void shimmer(const std::filesystem::path& folder);
 
-// Images of what desampling does to frames of stroll and serpent, with eight frames before them as history: rates and
-// edges; for one of them where pixels come from, before, after and their difference.
+// Writes images that show desampling in frames of stroll and serpent, with eight frames before them as history: rates
+// and edges; for one of them the origin of pixels, the images before and after, and their difference.
 void desampling_images(const std::filesystem::path& folder);
 
-// Scenes that are hard to desample (tests/replay/resolve_faults_test.cpp), as crops of 64x48 pixels enlarged four
-// times, side by side: fault_*.png. Where a setting shows the fault: with it, by default, fully shaded; elsewhere: by
-// default, fully shaded, their difference 16 times. The crop is where the first of them is worst; where nothing
-// differs, where most is to be seen.
+// Writes crops of scenes that are hard to desample (tests/replay/resolve_faults_test.cpp), 64x48 pixels enlarged four
+// times, side by side: fault_*.png. If a setting shows the fault, the images are: with it, by default, fully shaded;
+// otherwise: by default, fully shaded, their difference times 16. The crop is where the first image is worst; if they
+// are equal, where it has most content.
 void desampling_faults(const std::filesystem::path& folder);
 
 }  // namespace tessera::bench

@@ -67,7 +67,7 @@ struct Variant {
   Sets sets;
 };
 
-// On the line between the two that save less and more than `saved`; below 0 where there are no such.
+// The values at `saved` on the line between the neighbouring points; below 0 if `saved` lies outside.
 std::pair<double, double> at_savings(std::vector<Flicker> points, double saved) {
   std::sort(points.begin(), points.end(), [](const Flicker& a, const Flicker& b) { return a.saved < b.saved; });
   for (std::size_t i = 1; i < points.size(); ++i) {

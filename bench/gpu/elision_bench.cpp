@@ -1,4 +1,4 @@
-// What effects cost where they run, and what the code for them costs where they do not.
+// Measures the cost of effects where they run, and the cost of their code where they do not.
 //
 //   tessera_elision_bench mover [ROUNDS]                          one object that covers a tenth of a still image,
 //                                                                 beside all at rest and all moving
@@ -8,12 +8,12 @@
 //                                                                 captures at rest
 //   tessera_elision_bench image CAPTURE FILE.png                which tiles of a frame ran motion, defocus and
 //                                                                 displacement
-//   tessera_elision_bench --check                                 small images, once: are the things that are
-//                                                                 compared the same things?
+//   tessera_elision_bench --check                                 small images, once: checks that the comparisons compare
+//                                                                 equal things
 //
-// Seconds are processor time of the one thread that renders, so that a busy machine does not count; the ways that are
-// compared take turns in every round, and the least of all rounds is quoted with the ratio to the first way. Programs:
-// user time of the process.
+// Seconds are processor time of the single rendering thread, so that a busy machine does not matter. Compared ways
+// take turns in every round; the least of all rounds is reported, with the ratio to the first way. Programs report
+// the user time of their process.
 #include <sys/resource.h>
 
 #include <algorithm>
@@ -46,14 +46,14 @@ using Sets = std::vector<std::string>;
 
 struct Way {
   std::string name;
-  std::function<double()> seconds;  // of one run
+  std::function<double()> seconds;  // seconds of one run
 };
 
 struct Timing {
   double least, median;
 };
 
-// Takes turns over all ways, once to warm up.
+// Runs all ways in turn, after one warm-up.
 std::vector<Timing> take_turns(const std::vector<Way>& ways, int rounds) {
   std::vector<std::vector<double>> seconds(ways.size());
   for (int round = 0; round <= rounds; ++round)
@@ -98,8 +98,8 @@ class Shot {
   std::size_t tiles_ = 0, all_tiles_ = 1;
 };
 
-// A wall of bent patches across the image, and one of the same patches in front of it that covers `share` of the
-// image. What moves goes 16 pixels during the shutter.
+// A wall of bent patches across the image, and an object of the same patches in front of it that covers `share` of
+// the image. Moving parts move 16 pixels during the shutter.
 Capture wall(double share, bool wall_moves, bool object_moves) {
   Capture capture;
   capture.settings.frame_rate = capture.settings.shutter_close = 1;
@@ -153,8 +153,8 @@ void bench_mover(int rounds, int width, int height) {
     return 100 * (t[1].*which - t[0].*which) / (t[2].*which - t[0].*which);
   };
   fmt::print(
-      "\nOne object adds {:.1f} % of the cost of the frame in which all moves (medians: {:.1f} %); of what motion adds "
-      "to that frame it adds {:.1f} % (medians: {:.1f} %).\n",
+      "\nOne object adds {:.1f} % of the cost of the frame in which all moves (medians: {:.1f} %), and {:.1f} % "
+      "(medians: {:.1f} %) of the cost that motion adds to that frame.\n",
       share(&Timing::least), share(&Timing::median), added(&Timing::least), added(&Timing::median));
 }
 
@@ -183,7 +183,7 @@ void bench_effects(int rounds, int width, int height) {
   }
 }
 
-// User seconds of a program's run.
+// User seconds of one run of a program.
 double run_program(const std::string& command) {
   const auto user = [] {
     rusage usage{};
@@ -225,8 +225,7 @@ void bench_static(const std::string& static_program, const std::string& program,
   fs::remove_all(folder);
 }
 
-// The frame of a capture, and beside it which tiles ran what: motion red, defocus green, displacement blue, as shares
-// of their sub-patches.
+// Draws a frame and, beside it, the effects of each tile as shares of its sub-patches: motion red, defocus green, displacement blue.
 void draw_tiles(const std::string& name, const fs::path& file) {
   const Capture capture = scene::read_capture(fs::path(TESSERA_SOURCE_DIR) / "captures" / (name + ".glb"));
   constexpr int kWidth = 640, kHeight = 360;

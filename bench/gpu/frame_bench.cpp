@@ -1,5 +1,4 @@
-// Loading, posing and rendering the shipped captures at 640x360; with model:0 without texture caches, cycles and
-// energy.
+// Measures loading, posing and rendering of the shipped captures at 640x360; model:0 is without texture caches, cycles and energy.
 #include <benchmark/benchmark.h>
 
 #include "gpu/device.h"

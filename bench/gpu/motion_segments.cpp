@@ -1,11 +1,11 @@
-// What motion along curves costs and gains by its number of segments.
+// Measures cost and gain of motion along curves by its number of segments.
 //
 //   tessera_motion_segments FOLDER [ROUNDS]   writes FOLDER/segments.csv
 //   tessera_motion_segments --check           small images, once
 //
-// Scenes: a rotor of bent patches that turns by 2.6 radians while the shutter is open, and captures/serpent.glb with a
-// shutter of four frames. Truth is the mean of 64 frames with a closed shutter. Seconds are processor time, least of all
-// rounds, in turns.
+// Scenes: a rotor of bent patches that turns by 2.6 radians while the shutter is open, and captures/serpent.glb with
+// a shutter of four frames. The truth is the mean of 64 frames with a closed shutter. Seconds are processor time, the
+// least of all rounds; settings take turns.
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -30,7 +30,7 @@ namespace {
 
 using scene::Capture;
 
-// A sheet of patches around its end, 300 by 60 pixels of 640x360, facing the camera.
+// A sheet of patches that turns around its end, 300 by 60 pixels of 640x360, facing the camera.
 Capture rotor() {
   Capture capture;
   capture.settings.frame_rate = capture.settings.shutter_close = 1;

@@ -1,10 +1,10 @@
 // Compares shadow maps with shadow rays: their error and their cost by size, filter, cascades, times, grids and format.
 //
 //   tessera_shadow_error CAPTURE WIDTHxHEIGHT FRAME [KEY=VALUE ...]
-//   tessera_shadow_error --check     a small image: does a larger map come closer?
+//   tessera_shadow_error --check     a small image: checks that a larger map has a smaller error
 //
-// Prints a table. The error is that of the maps alone: the reference shades the machine's own samples on the machine's own
-// grids, and asks a ray for every share of a light (reference/shadow_rays.h). PSNR of what a display shows.
+// Prints a table. The error is the maps' alone: the reference shades the machine's own samples on the machine's own
+// grids, and takes every share of a light from a ray (reference/shadow_rays.h). PSNR is measured on displayed values.
 #include <cstdio>
 #include <exception>
 #include <filesystem>
@@ -32,7 +32,7 @@ struct Place {
   int width = 0, height = 0, frame = 0;
 };
 
-// Keys that are tried, one group of rows after the other; each row also has the keys of the command line.
+// Groups of keys, one row for each; each row also has the keys of the command line.
 const std::vector<std::vector<std::string>>& groups() {
   static const std::vector<std::vector<std::string>> kGroups = {
       {"shadows.size=256", "shadows.size=512", "shadows.size=1024", "shadows.size=2048", "shadows.size=4096"},

@@ -1,5 +1,5 @@
-// External memory with banks: host time of a transaction of 64 bytes in a stream of 10^6, by kind of memory and of stream.
-// The goal is 250 ns. Streams: 0 sequential reads; 1 runs of 1 KiB, half of them writes; 2 random reads.
+// Measures the host time of a transaction of 64 bytes in the external memory with banks, in a stream of 10^6, by kind of
+// memory and of stream. The goal is 250 ns. Streams: 0 sequential reads; 1 runs of 1 KiB, half of them writes; 2 random reads.
 #include <benchmark/benchmark.h>
 
 #include <random>

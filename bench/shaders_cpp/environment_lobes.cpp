@@ -1,5 +1,5 @@
-// Makes shaders_cpp/studio.cpp: tessera_environment_lobes | clang-format > shaders_cpp/studio.cpp. The built-in environment's parts,
-// convolved with GGX lobes by integration, as least-squares fits of the forms that shaders_cpp/studio.h states.
+// Makes shaders_cpp/studio.cpp: tessera_environment_lobes | clang-format > shaders_cpp/studio.cpp. It convolves the parts of
+// the built-in environment with GGX lobes by integration and fits the forms of shaders_cpp/studio.h to them by least squares.
 #include "shaders_cpp/studio.h"
 
 #include <cstddef>
@@ -11,7 +11,8 @@ namespace tessera::shaders {
 namespace {
 
 constexpr std::size_t kAngles = 61, kRings = 2048, kSlices = 64;
-constexpr double kLeastSharpness = 2.5;  // what is wider is as well a parabola; rows that share it mix exactly
+constexpr double kLeastSharpness =
+    2.5;  // below this a parabola fits wider lobes as well; rows that share it mix exactly
 
 double cosine(std::size_t angle) { return std::cos(std::numbers::pi * static_cast<double>(angle) / (kAngles - 1)); }
 
@@ -19,7 +20,7 @@ double cosine(std::size_t angle) { return std::cos(std::numbers::pi * static_cas
 struct Lobe {
   std::vector<double> cosines, weights;
 
-  // `diffuse`: of a Lambert surface instead.
+  // `diffuse`: the lobe of a Lambert surface instead.
   Lobe(double roughness, bool diffuse) {
     const double alpha = std::max(roughness * roughness, 1e-3);
     double sum = 0;
@@ -28,7 +29,7 @@ struct Lobe {
       const double u = (static_cast<double>(i) + 0.5) / kRings;
       const double half2 = (1 - u) / (1 + (alpha * alpha - 1) * u), to_light = 2 * half2 - 1;
       cosines.push_back(to_light);
-      // Shadowing (Smith, height-correlated) of the light, over the density of its direction; seen head-on nothing masks.
+      // Shadowing (Smith, height-correlated) of the light, over the density of its direction; a surface seen head-on has no masking.
       const double l = std::max(to_light, 0.0);
       weights.push_back(2 * l / (l + std::sqrt(l * l * (1 - alpha * alpha) + alpha * alpha)));
       if (diffuse) cosines.back() = std::sqrt(1 - u), weights.back() = 1;
@@ -57,7 +58,7 @@ struct Lobe {
 using Columns = std::vector<std::array<double, kAngles>>;
 using Row = std::array<double, kAngles>;
 
-// Weights of the columns that come closest to `target`, each angle weighed; the squared error that is left.
+// Weights of the columns that come closest to `target`, with a weight for each angle; `error` returns the remaining squared error.
 std::vector<double> fit(const Columns& columns, const Row& target, const Row& weight, double& error) {
   const std::size_t n = columns.size();
   std::vector<std::vector<double>> a(n, std::vector<double>(n + 1, 0.0));
@@ -97,7 +98,7 @@ LobeFit fit_box(const Lobe& lobe, double sharpness, bool mirror, bool broad) {
   if (mirror) return {static_cast<float>(0.5 * sharpness), 1, 0, 0, 0, 0};
   const Row target =
       tabulate([&](double c) { return lobe.convolve(c, [&](double d) { return std::exp(sharpness * (d - 1)); }); });
-  // By the solid angle, with some weight for the very middle.
+  // Weighted by the solid angle, with some weight for the very middle.
   const Row weight = tabulate([](double c) { return std::sqrt(1 - c * c) + 0.05; });
   LobeFit best{};
   double least = 0;

@@ -11,7 +11,7 @@
 
 namespace tessera::bench {
 
-// Invocations all over a capture's first frame, 1280x720: cell after cell of patch after patch, as tiles ask for them.
+// Invocations across a capture's first frame, 1280x720: cell by cell and patch by patch, in the order of tiles' requests.
 struct CaptureInvocations {
   scene::Capture capture;
   scene::Assembly assembly;

@@ -13,7 +13,7 @@ struct Series {
 struct PlotLabels {
   std::string title, x, y;
   bool logarithmic_y = false;
-  bool from_zero = false;  // the y axis begins there, so that heights compare
+  bool from_zero = false;  // the y axis begins at zero, so that heights compare
 };
 // Throws SystemError when the file cannot be written.
 void write_line_plot(const std::string& file, const PlotLabels& labels, const std::vector<Series>& series);

@@ -33,7 +33,7 @@ void main() {
   number = patch_number;
 })";
 
-// One triangle that covers everything.
+// One triangle that covers the whole image.
 constexpr const char* kWholeImage = R"(#version 450
 void main() { gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0); })";
 
@@ -53,7 +53,7 @@ layout(binding = 0) uniform usampler2DMS samples;
 layout(location = 0) out uint color;
 void main() { color = texelFetch(samples, ivec2(gl_FragCoord.xy), which).r; })";
 
-// A vertex array over one interleaved buffer: vectors of three floats, then a number.
+// Makes a vertex array over one interleaved buffer: vectors of three floats, then a number.
 template <class Vertex>
 GLuint vertex_array(const std::vector<Vertex>& vertices, GLuint indices, GLuint vectors) {
   static_assert(sizeof(Vertex) % (3 * sizeof(float)) == sizeof(std::uint32_t));
@@ -86,7 +86,7 @@ void clear() {
 
 Llvmpipe::Llvmpipe(const TriangleList& triangles, int width, int height, int threads, int layers)
     : context_(threads), width_(width), height_(height) {
-  // A little room, so that nothing is clipped by rounding.
+  // A little room, so that rounding clips no triangle.
   const float near = 0.9f * triangles.near_depth, far = 1.1f * triangles.far_depth;
   depth_a_ = (far + near) / (far - near);
   depth_b_ = -2 * far * near / (far - near);
@@ -219,7 +219,7 @@ void Llvmpipe::draw_single(int layer, Offset offset, float time) {
   glBindVertexArray(moving_vertices_);
   glEnable(GL_DEPTH_TEST);
   glUniform1f(0, time);
-  // llvmpipe's sample is in the middle of the pixel: the scene moves instead.
+  // llvmpipe's sample is in the middle of the pixel, so the scene moves instead.
   glUniform2f(1, (1 - 2 * offset.x) / static_cast<float>(width_), (1 - 2 * offset.y) / static_cast<float>(height_));
   glUniform2f(2, depth_a_, depth_b_);
   clear();

@@ -10,41 +10,40 @@
 
 namespace tessera::bench {
 
-// A list of triangles in the hands of llvmpipe, Mesa's software rasterizer, drawn offscreen (OSMesa).
+// Draws a list of triangles with llvmpipe, Mesa's software rasterizer, offscreen (OSMesa).
 //
-// Vertices, indices and targets exist when the constructor is done; draws find them in place. An image holds, for each
-// sample, the patch number + 1, 0 where nothing is seen, written by a fragment shader that does nothing else; back
-// faces are culled. Positions are Tessera's snapped ones, so llvmpipe's own snap to 1/256 pixel changes nothing at
-// shutter open and close.
+// The constructor makes vertices, indices and targets; draws use them in place. For each sample an image holds the
+// patch number + 1, or 0 where the sample sees no triangle. A fragment shader writes this number and does no other
+// work; back faces are culled. Positions are Tessera's snapped ones, so llvmpipe's own snap to 1/256 pixel changes
+// nothing at shutter open and close.
 //
-// Pixel rows run downwards, as Tessera's.
+// Pixel rows run downwards, as in Tessera.
 class Llvmpipe {
  public:
   static constexpr int kMultisamples = 4;
 
-  // `layers`: single-sample images that exist at once. See OsMesaContext.
+  // `layers`: number of single-sample images that exist at once. See OsMesaContext.
   Llvmpipe(const TriangleList& triangles, int width, int height, int threads, int layers);
 
   const std::string& renderer() const { return context_.renderer(); }
 
-  // Draws return before the image is there; finish() waits.
+  // Draws return before the image is finished; finish() waits for it.
   void finish();
 
-  // The frame at shutter open with four samples per pixel. A vertex is a position in clip space with w = 1, and a
-  // number.
+  // Draws the frame at shutter open with four samples per pixel. A vertex is a position in clip space with w = 1, and a number.
   void draw_multisampled();
-  // Where those samples are inside their pixel.
+  // Positions of those samples inside their pixel.
   struct Offset {
     float x, y;
   };
   std::array<Offset, kMultisamples> multisample_offsets();
 
-  // The frame at `time` in [0, 1] with one sample per pixel, at `offset`, into a layer. A vertex is both motion keys'
-  // positions times their depths, which move linearly, and a number; the vertex shader interpolates.
+  // Draws the frame at `time` in [0, 1] with one sample per pixel, at `offset`, into a layer. A vertex has both
+  // motion keys' positions times their depths, which move linearly, and a number; the vertex shader interpolates.
   void draw_single(int layer, Offset offset, float time);
-  // Depths of the frame at shutter open alone, one sample in the middle of each pixel.
+  // Draws depths of the frame at shutter open alone, one sample in the middle of each pixel.
   void draw_depths();
-  // The mean over the first `count` layers of a colour made from the number, in half floats.
+  // Computes the mean over the first `count` layers of a colour made from the number, in half floats.
   void accumulate(int count);
 
   std::vector<std::uint32_t> read_layer(int layer);

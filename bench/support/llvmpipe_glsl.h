@@ -2,9 +2,9 @@
 
 namespace tessera::bench {
 
-// Tessera's metallic-roughness shader, studio and lights as llvmpipe gets them. A line "#version 450" and macros for what
-// a material has come before: LIGHTS (how many), BASE_IMAGE, METALLIC_ROUGHNESS_IMAGE, EMISSIVE_IMAGE, COLORS (of
-// vertices), MASK_ALONE (nothing is shaded), BLEND, DOUBLE_SIDED, UNLIT.
+// Tessera's metallic-roughness shader, studio and lights in the GLSL for llvmpipe. A line "#version 450" and macros
+// for the features of a material come before: LIGHTS (their number), BASE_IMAGE, METALLIC_ROUGHNESS_IMAGE,
+// EMISSIVE_IMAGE, COLORS (of vertices), MASK_ALONE (without shading), BLEND, DOUBLE_SIDED, UNLIT.
 inline constexpr const char* kShadedVertex = R"(
 layout(location = 0) in vec4 clip;
 layout(location = 1) in vec3 position;
@@ -22,7 +22,7 @@ void main() {
   tint = color;
 })";
 
-// After shaders_cpp/studio_light.inc and metallic_roughness.inc, and tilecore/shading/lane_shader.inc.
+// Follows shaders_cpp/studio_light.inc and metallic_roughness.inc, and tilecore/shading/lane_shader.inc.
 inline constexpr const char* kShadedFragment = R"(
 in vec3 world, world_normal;
 in vec2 uv;
@@ -144,7 +144,7 @@ void main() {
 #endif
 })";
 
-// The studio behind everything, over the whole image at the far plane.
+// Draws the studio behind all surfaces, over the whole image at the far plane.
 inline constexpr const char* kBackgroundVertex = R"(#version 450
 void main() { gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0); })";
 inline constexpr const char* kBackgroundFragment = R"(#version 450

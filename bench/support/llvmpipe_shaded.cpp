@@ -53,7 +53,7 @@ float half_value(std::uint16_t half) {
 
 // ---- Light ------------------------------------------------------------------------------------------------------
 
-// The table of studio.h by row, boxes side by side.
+// The table of studio.h row by row, with the boxes side by side.
 std::vector<Vec4> lobe_vectors() {
   std::vector<Vec4> out;
   for (const shaders::EnvironmentLobes& row : shaders::kEnvironmentLobes) {
@@ -71,7 +71,7 @@ std::vector<Vec4> lobe_vectors() {
 
 }  // namespace
 
-// ---- What is there before ---------------------------------------------------------------------------------------
+// ---- Set-up before the measurement ------------------------------------------------------------------------------
 
 ShadedLlvmpipe::ShadedLlvmpipe(const ShadedFrame& frame, int threads, float roughness)
     : context_(threads),
@@ -87,7 +87,7 @@ ShadedLlvmpipe::ShadedLlvmpipe(const ShadedFrame& frame, int threads, float roug
   for (const ShadedTriangles::Draw& d : triangles.draws)
     draws_.push_back(make_draw(d, frame.geometry.lights[0].size()));
   glViewport(0, 0, width_, height_);
-  // The library exports no name of it.
+  // The library does not export this function by name.
   reinterpret_cast<PFNGLCLIPCONTROLPROC>(OSMesaGetProcAddress("glClipControl"))(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
   glFrontFace(GL_CW);  // rows run downwards
   glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
@@ -133,7 +133,7 @@ void ShadedLlvmpipe::make_targets() {
   expect_complete(4);
 }
 
-// The block that all programs share.
+// Makes the constant block that all programs share.
 void ShadedLlvmpipe::make_constants(const ShadedFrame& frame) {
   if (frame.around.kind != shaders::Surroundings::Kind::kStudio)
     throw std::runtime_error("llvmpipe has the studio alone");
@@ -165,7 +165,7 @@ void ShadedLlvmpipe::make_background(const ShadedFrame& frame) {
   background_program_ = link(kBackgroundVertex, kBackgroundFragment);
   glUseProgram(background_program_);
   const scene::Projection& p = frame.geometry.projection;
-  // Rows run downwards, the camera looks along -z.
+  // Rows run downwards, and the camera looks along -z.
   const DMat3 ray = DMat3(frame.geometry.views[0].camera_to_world) *
                     DMat3(DVec3(1, 0, 0), DVec3(0, -1, 0), DVec3(-p.center_x, p.center_y, -p.scale));
   const Mat3 numbers(ray);
@@ -245,7 +245,7 @@ void ShadedLlvmpipe::draw_all(scene::AlphaMode mode, bool masks) const {
     if (d.material->alpha_mode == mode) draw(d, masks ? d.mask_program : d.program);
 }
 
-// Where nothing has been drawn.
+// Draws where no surface has been drawn.
 void ShadedLlvmpipe::draw_background() const {
   if (background_program_ == 0) return;
   glDisable(GL_CULL_FACE);

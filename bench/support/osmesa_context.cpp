@@ -25,7 +25,7 @@ GLuint compile(GLenum kind, const char* source) {
 }  // namespace
 
 OsMesaContext::OsMesaContext(int threads) {
-  // Mesa reads these when it makes its first context. A driver that the user names stays, and is refused below.
+  // Mesa reads these when it makes its first context. A driver that the user has set stays, and is refused below.
   setenv("LP_NUM_THREADS", std::to_string(threads).c_str(), 1);
   setenv("GALLIUM_DRIVER", "llvmpipe", 0);
   const int attributes[] = {OSMESA_FORMAT,

@@ -7,14 +7,14 @@
 
 namespace tessera::bench {
 
-// OpenGL's objects, made in the context in force and bound. All throw std::runtime_error where OpenGL refuses.
+// OpenGL objects, made in the current context and bound. All functions throw std::runtime_error if OpenGL refuses.
 
-// A program of two shaders, not bound.
+// Links a program of two shaders without binding it.
 GLuint link(const char* vertex, const char* fragment);
 GLuint texture(GLenum kind);
 GLuint renderbuffer(int samples, GLenum format, int width, int height);
 GLuint framebuffer();
-// Of the framebuffer that is bound.
+// Checks the bound framebuffer.
 void expect_complete(int samples);
 void expect_no_error();
 

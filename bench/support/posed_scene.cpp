@@ -51,8 +51,7 @@ std::vector<Vec3> blob(float radius) {
   return points;
 }
 
-// An image of blocks that vary smoothly inside, so that neither a texel more or less in a footprint nor a level of
-// detail a little off shows much.
+// An image of blocks that vary smoothly inside, so that small differences in footprint or level of detail hardly matter.
 std::shared_ptr<const shaders::Texture> image(std::array<float, 3> low, std::array<float, 3> high,
                                               shaders::ColorSpace space) {
   constexpr int kSize = 512, kBlock = 8;
@@ -116,7 +115,7 @@ scene::Capture make_capture(int width, int height, const SceneSettings& settings
   for (int y = 50; y < height; y += 100)
     for (int x = 50; x < width; x += 100) {
       const double depth = static_cast<double>(random.uniform(560, 800));
-      // Pixels of a radius: a quarter of the circle is about 60 pixels, within the largest tessellation factor.
+      // Radius in pixels: a quarter of the circle is about 60 pixels, within the largest tessellation factor.
       const auto radius = static_cast<float>(32 * depth / kFocalPixels);
       const double dx = static_cast<double>(random.uniform(-25, 25)), dy = static_cast<double>(random.uniform(-25, 25));
       add(blob(radius), x + dx - width / 2, y + dy - height / 2, depth);
@@ -130,7 +129,7 @@ scene::Capture make_capture(int width, int height, const SceneSettings& settings
   return capture;
 }
 
-// One patch of a list, with vertices numbered from 0.
+// One patch of a list, with its own vertex numbers from 0.
 struct Piece {
   std::array<std::vector<TriangleList::Vertex>, 2> keys;
   std::vector<std::uint32_t> indices;
@@ -206,7 +205,7 @@ double TriangleList::front_area(std::size_t triangle) const {
   const Vertex &a = keys[0][indices[3 * triangle]], &b = keys[0][indices[3 * triangle + 1]],
                &c = keys[0][indices[3 * triangle + 2]];
   const auto difference = [](float p, float q) { return static_cast<double>(p) - static_cast<double>(q); };
-  // Rows run downwards, so what winds counter-clockwise with y up has a negative determinant.
+  // Rows run downwards, so a triangle that is counter-clockwise with y up has a negative determinant.
   return 0.5 * (difference(b.y, a.y) * difference(c.x, a.x) - difference(b.x, a.x) * difference(c.y, a.y));
 }
 

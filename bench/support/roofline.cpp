@@ -30,7 +30,7 @@ HWY_INLINE V fma(V a, V b, V c) { return simd::fused_multiply_add(D(), a, b, c);
 // low <= v <= high for lanes of `mask`.
 HWY_INLINE hn::Mask<D> within(hn::Mask<D> mask, V low, V v, V high) {
 #if HWY_TARGET == HWY_AVX3
-  // AVX-512 compares under a mask for nothing; Highway 1.0 has no word for it.
+  // AVX-512 compares under a mask at no cost; Highway 1.0 has no function for it.
   const auto above = _mm512_mask_cmp_ps_mask(mask.raw, v.raw, low.raw, _CMP_GE_OQ);
   return {_mm512_mask_cmp_ps_mask(above, v.raw, high.raw, _CMP_LE_OQ)};
 #else
@@ -48,7 +48,7 @@ struct CornerLanes {
   V x, y, dx, dy, z, dz, z1;
 };
 
-// Places where vectors come from: a value in all lanes, or values side by side.
+// Sources of vectors: one value in all lanes, or consecutive values.
 struct Broadcast {
   std::size_t at;
   HWY_INLINE V operator()(std::span<const float> v) const { return hn::Set(D(), v[at]); }
@@ -94,7 +94,7 @@ struct BoxTest {
   }
 };
 
-// Both triangles of a cell. kPerspective: corners move at the perspective-correct rate, which costs a division each.
+// Tests both triangles of a cell. kPerspective: corners move at the perspective-correct rate, which takes a division each.
 template <bool kPerspective>
 struct CellTest {
   static constexpr std::size_t kMasks = 2;
@@ -228,7 +228,7 @@ bool in_triangle(const RooflineInput& in, std::size_t p, std::size_t s, bool sec
   return negative(b, c) == sign && negative(c, a) == sign;
 }
 
-// Number of masks' bits that are not what the scalar tests say; `hits` counts theirs.
+// Number of mask bits that differ from the scalar tests; `hits` counts the set bits of the scalar tests.
 std::size_t wrong_bits(RooflineTest test, const RooflineInput& in, Arrangement arrangement, const Masks& masks,
                        std::size_t& hits) {
   const std::size_t lanes = HWY_DYNAMIC_DISPATCH(LaneCount)(), mask_bytes = (lanes + 7) / 8,
@@ -263,7 +263,7 @@ double roofline(RooflineTest test, double seconds) {
   double best = 0;
   for (const Arrangement arrangement : {Arrangement::kOnePrimitive, Arrangement::kOneSample}) {
     test_all(test, in, arrangement, masks);
-    if (!is_verified(test, in, arrangement, masks)) throw std::runtime_error("a mask is not what the scalar test says");
+    if (!is_verified(test, in, arrangement, masks)) throw std::runtime_error("a mask differs from the scalar test");
     const double start = thread_seconds();
     double end = start;
     std::size_t passes = 0;

@@ -1,8 +1,8 @@
 #pragma once
 
-// How many boxes and triangles this machine can test at most: the arithmetic of visibility alone, for comparison with
-// what the kernels of tilecore/visibility/sample_tests.h reach. Data lie in the first cache with unit stride; results are
-// masks; nothing is gathered, nothing is done with a hit. The ceiling of a test is the better of its two arrangements.
+// Upper bound of the box and triangle tests per second of this machine: the arithmetic of visibility alone, for comparison
+// with the kernels of tilecore/visibility/sample_tests.h. Data lie in the first-level cache with unit stride; results are
+// masks; there is no gather, and hits are not processed. The roofline of a test is the better of its two arrangements.
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -13,11 +13,11 @@ namespace tessera::bench {
 constexpr std::size_t kPrimitives = 64, kSamples = 256;
 static_assert(kPrimitives <= kSamples);
 
-// How lanes are filled: a primitive in registers against samples, or a sample in registers against primitives.
+// Use of lanes: a primitive in registers against samples, or a sample in registers against primitives.
 enum class Arrangement { kOnePrimitive, kOneSample };
 
-// Raster-space samples at time t; boxes [low + t d_low, high + t d_high]; cells of four corners at (x, y, z) and, a
-// shutter later, (x1, y1, z1).
+// Raster-space samples at time t; boxes [low + t d_low, high + t d_high]; cells of four corners at (x, y, z), and at
+// (x1, y1, z1) at shutter close.
 template <std::size_t kCount>
 struct alignas(64) Column : std::array<float, kCount> {};
 
@@ -32,22 +32,22 @@ struct RooflineInput {
   std::array<Corner, 4> corner;
 };
 
-// Bits of the tests, lane by lane, vector by vector: for every primitive all samples, or for every sample all
-// primitives. Cells have two masks in a row, of their triangles (a, b, c) and (a, c, d).
+// Result bits of the tests, lane by lane, vector by vector: for every primitive all samples, or for every sample all
+// primitives. Cells have two consecutive masks, for their triangles (a, b, c) and (a, c, d).
 using Masks = std::vector<std::uint8_t>;
 
 enum class RooflineTest { kBoxes, kLinearTriangles, kPerspectiveTriangles };
 
-// Primitives of about a pixel in an 8x8 block, which move by up to four pixels.
+// Makes primitives of about a pixel in an 8x8 block, which move by up to four pixels.
 RooflineInput make_roofline_input();
-// Tests of one pass over all pairs.
+// Number of tests in one pass over all pairs.
 std::size_t tests_in_pass(RooflineTest test);
-// One pass on the SIMD target in force. `masks` has as many elements as the pass has tests.
+// Runs one pass on the SIMD target in force. `masks` has as many elements as the pass has tests.
 void test_all(RooflineTest test, const RooflineInput& in, Arrangement arrangement, Masks& masks);
-// Whether masks are what the obvious scalar tests say, some of them set.
+// Whether masks equal the results of the scalar tests, with some bits set.
 bool is_verified(RooflineTest test, const RooflineInput& in, Arrangement arrangement, const Masks& masks);
-// Tests a second of the better arrangement, of this thread's processor time over about `seconds` each. Throws
-// std::runtime_error where the masks are wrong.
+// Tests per second of the better arrangement, by this thread's processor time over about `seconds` each. Throws
+// std::runtime_error if the masks are wrong.
 double roofline(RooflineTest test, double seconds);
 
 }  // namespace tessera::bench

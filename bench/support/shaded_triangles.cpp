@@ -16,7 +16,7 @@ namespace {
 
 using Vertex = ShadedTriangles::Vertex;
 
-// One patch of a list, with vertices numbered from 0.
+// One patch of a list, with its own vertex numbers from 0.
 struct Piece {
   std::vector<Vertex> vertices;
   std::vector<std::uint32_t> indices;
@@ -54,7 +54,7 @@ Piece list_patch(const scene::FrameGeometry& frame, std::uint32_t patch, tilecor
   piece.material = drawable.material;
   piece.colored = drawable.procedure == nullptr && !drawable.primitive->vertices.colors.empty();
   const scene::TextureSlot* const images = image_coordinates(*drawable.material);
-  // Corners of flat triangles have normals of their own.
+  // Each corner of a flat triangle has its own normal.
   const bool flat = !tilecore::has_grid(drawable) && drawable.normals[0].empty();
   constexpr std::uint32_t kNew = 0xFFFFFFFFu;
   std::vector<std::uint32_t> number(mesh.vertex_count, kNew);

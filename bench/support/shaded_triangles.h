@@ -7,16 +7,17 @@
 
 namespace tessera::bench {
 
-// The triangles of a frame at shutter open, for a renderer that shades. Vertices hold all that its pixel shader reads; the
-// draws are in the order that a good engine uses.
+// The triangles of a frame at shutter open, for a renderer that shades. Vertices hold all inputs of its pixel shader;
+// the draws are in the order of a good engine.
 struct ShadedTriangles {
   struct Vertex {
-    Vec4 clip;  // OpenGL's, homogeneous; w is the depth, and z / w runs from 1 at the near plane to 0 far away
+    Vec4
+        clip;  // OpenGL's homogeneous coordinates; w is the depth, and z / w runs from 1 at the near plane to 0 far away
     Vec3 position, normal;  // world
-    Vec2 texcoord;          // in the images of the material
+    Vec2 texcoord;          // coordinates in the images of the material
     Vec4 color;
   };
-  // Triangles of one material that follow each other; `colored`: the shader multiplies by the vertices' colours.
+  // Consecutive triangles of one material; `colored`: the shader multiplies by the vertices' colours.
   struct Draw {
     const scene::Material* material;
     bool colored;
@@ -31,11 +32,11 @@ struct ShadedTriangles {
   std::size_t triangle_count() const { return indices.size() / 3; }
 };
 
-// The slot whose coordinates a material reads all its textures at (base colour, metalness and roughness, emission); null if
-// it has none of them. Throws std::runtime_error if it reads them at several coordinates.
+// The slot with the coordinates at which a material reads all its textures (base colour, metalness and roughness,
+// emission); nullptr if it has no texture. Throws std::runtime_error if it reads them at several coordinates.
 const scene::TextureSlot* image_coordinates(const scene::Material& material);
 
-// Tessellates `patches` whole; the frame must outlive the list. Throws std::runtime_error for an orthographic camera.
+// Tessellates `patches` as a whole; the frame must outlive the list. Throws std::runtime_error for an orthographic camera.
 ShadedTriangles list_shaded_triangles(const scene::FrameGeometry& frame, const std::vector<std::uint32_t>& patches);
 
 }  // namespace tessera::bench

@@ -11,7 +11,7 @@
 
 namespace tessera::bench::traced {
 
-// The shaders on these lanes, then what calls them.
+// The shaders on these lanes, and then their callers.
 namespace stage {
 using shaders::EnvironmentLobes;
 using shaders::EnvironmentMap;
@@ -43,7 +43,7 @@ using shaders::SoftBox;
 using shaders::Surroundings;
 using shaders::TextureView;
 using shaders::Wrap;
-// Each needs those before it.
+// Each file needs the files before it.
 // clang-format off
 #include "shaders_cpp/bicubic.inc"
 #include "shaders_cpp/elementary.inc"
@@ -66,7 +66,7 @@ using namespace tilecore;
 
 namespace {
 
-// Of the draw that these invocations belong to.
+// Constants of the draw of these invocations.
 tilecore::DrawConstants lit_draw(const CaptureInvocations& of, const scene::PosedDrawable& drawable) {
   tilecore::DrawConstants draw = tilecore::draw_constants(*of.frame, drawable);
   draw.lights.open = of.frame->lights[0];
@@ -96,7 +96,7 @@ pipeline::LaneInputs<Real> group_inputs(const CaptureInvocations& of, const scen
 void add_needed(const Trace& trace, ShaderWork& work) {
   std::vector<bool> needed(trace.nodes().size(), false);
   for (const std::uint32_t n : trace.needed()) needed[n] = true;
-  // Operands come before what uses them.
+  // Operands come before the operations that use them.
   for (std::size_t n = needed.size(); n-- > 0;) {
     if (!needed[n]) continue;
     const Trace::Node& node = trace.nodes()[n];
@@ -118,7 +118,7 @@ void trace_group(const CaptureInvocations& of, const scene::PosedDrawable& drawa
     if (slot->texture != nullptr)
       trace.texels.push_back(slot->texture->view().texels), trace.texels.push_back(slot->texture->view().linear);
   if (draw.material->displacement) trace.texels.push_back(draw.material->displacement->texture->view().values);
-  trace.note({Operation::kGiven, 0, {}});  // what operands that are not there name
+  trace.note({Operation::kGiven, 0, {}});  // the node that missing operands name
   pipeline::LaneInputs<Real> in = group_inputs(of, drawable, draw.grid, group);
   const pipeline::LaneShaded<Real> out = pipeline::shade_lanes<Real>(draw, in, tilecore::LookupArrays(), 0);
   for (const Real* result :

@@ -15,7 +15,7 @@
 
 namespace tessera::bench {
 
-// Ticks of a clock that goes on at one rate, in program order only so far as the processor keeps to it.
+// Ticks of a clock with a constant rate, in program order only as far as the processor keeps it.
 inline std::uint64_t ticks() {
 #if HWY_ARCH_X86
   return __rdtsc();
@@ -28,7 +28,7 @@ struct StageTotals {
   std::uint64_t ticks = 0, enters = 0, tests = 0;
 };
 
-// What the stages of the ray path take of one thread's time. One thread only.
+// Time of the stages of the ray path on one thread.
 struct StageClock {
   using Totals = std::array<StageTotals, tilecore::kRayStages>;
   static Totals take() {

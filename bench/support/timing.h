@@ -6,12 +6,12 @@
 
 namespace tessera::bench {
 
-// Seconds of a clock that never goes back.
+// Seconds of a monotonic clock.
 inline double now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-// The upper one of an even number of values; 0 of none.
+// Median; the upper one for an even number of values; 0 without values.
 inline double median(std::vector<double> values) {
   if (values.empty()) return 0;
   std::sort(values.begin(), values.end());

@@ -13,15 +13,15 @@
 #include "base/real.h"
 #include "base/vector3.h"
 
-// A scalar type for the programmable stages: lanes that compute, and write down every operation.
+// A scalar type for the programmable stages: lanes that compute, and record every operation.
 namespace tessera::bench::traced {
 
 enum class Operation : std::uint8_t { kGiven, kArithmetic, kDivision, kRoot, kTexelGather, kOtherGather };
 
-// The operations of one group, each distinct one once.
+// The operations of one group, each different one once.
 class Trace {
  public:
-  // `detail` tells operations of a kind apart; operands of fewer than three are 0.
+  // `detail` tells operations of one kind apart; missing operands are 0.
   struct Node {
     Operation operation;
     std::uint64_t detail;
@@ -29,20 +29,20 @@ class Trace {
     bool operator==(const Node&) const = default;
   };
 
-  // Its number, the same for the same operation on the same operands.
+  // Returns the number of an operation, which is the same for the same operation on the same operands.
   std::uint32_t note(const Node& node) {
     const auto [at, is_new] = numbers_.try_emplace(node, static_cast<std::uint32_t>(nodes_.size()));
     if (is_new) nodes_.push_back(node);
     return at->second;
   }
   std::uint32_t note_input() { return note({Operation::kGiven, 1ull << 32 | nodes_.size(), {}}); }
-  // What comes out of the shader or decides how it goes on.
+  // Marks a result of the shader, or a value that decides its control flow.
   void need(std::uint32_t node) { needed_.push_back(node); }
 
   const std::vector<Node>& nodes() const { return nodes_; }
   const std::vector<std::uint32_t>& needed() const { return needed_; }
 
-  std::vector<const void*> texels;  // arrays that hold some
+  std::vector<const void*> texels;  // arrays that hold texels
 
  private:
   struct Hash {
@@ -58,7 +58,7 @@ class Trace {
 };
 inline thread_local Trace* current = nullptr;
 
-// Lanes that are not used hold what the last used one does.
+// Unused lanes hold the values of the last used one.
 inline constexpr std::size_t kLanes = 16;
 
 template <class T>
@@ -84,7 +84,7 @@ using Real = Lanes<float>;
 using Int = Lanes<std::int32_t>;
 using Mask = Lanes<bool>;
 
-// `name`: of the operation, different for different ones.
+// `name`: a number that is different for different operations.
 template <class Result, class Function, class... Operands>
 Lanes<Result> noted(Operation operation, std::uint64_t name, Function function, const Operands&... operands) {
   std::array<Result, kLanes> value;
@@ -223,7 +223,7 @@ Lanes<T> gather(const T* values, const Int& at) {
       [values](std::int32_t i) { return values[i]; }, at);
 }
 
-// A function that compiles to `length` instructions, one after the other.
+// A function that compiles to `length` dependent instructions.
 template <class Function>
 Real chain(std::uint64_t name, int length, Function function, const Real& a) {
   Real out = arithmetic<float>(name, function, a);
@@ -242,7 +242,7 @@ inline void split_exponent(const Real& a, Real& mantissa, Real& exponent) {
     tessera::split_exponent(x, m, e);
     return wants_mantissa ? m : e;
   };
-  const Real given = a;  // one of the results may be it
+  const Real given = a;  // one of the results may alias it
   exponent = chain(
       23, 3, [&](float x) { return part(x, false); }, given);
   mantissa = chain(

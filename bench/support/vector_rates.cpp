@@ -20,10 +20,10 @@ namespace hn = hwy::HWY_NAMESPACE;
 using D = hn::ScalableTag<float>;
 using V = hn::Vec<D>;
 
-// Independent chains: more than a latency times the ports that take them, as many as registers hold.
+// Independent chains: more than a latency times the number of ports, and as many as registers hold.
 constexpr std::size_t kChains = 12;
 
-// `step(k, v)` is the next number of chain k, whose number is v.
+// `step(k, v)` returns the next number of chain k after v.
 template <class Step>
 HWY_INLINE float run_chains(std::size_t rounds, const float* start, Step step) {
   const D d;
@@ -49,7 +49,7 @@ float Divisions(std::size_t rounds, const float* numbers) {
   const V dividend = hn::Set(D(), numbers[1]);
   return run_chains(rounds, numbers, [=](std::size_t, V v) HWY_ATTR { return hn::Div(dividend, v); });
 }
-// The sums keep the numbers from becoming 1, and run beside the roots.
+// The sums keep the numbers from converging to 1, and run beside the roots.
 float Roots(std::size_t rounds, const float* numbers) {
   const V term = hn::Set(D(), numbers[1]);
   return run_chains(rounds, numbers, [=](std::size_t, V v) HWY_ATTR { return hn::Sqrt(hn::Add(v, term)); });
@@ -78,7 +78,7 @@ HWY_EXPORT(RateLanes);
 
 constexpr std::size_t kNumbers = 4096, kRounds = 20000, kInstructions = 12 * kRounds;
 
-// The best of several: what disturbs makes it slower, nothing faster.
+// The best of several runs: disturbances only make a run slower.
 template <class Function>
 double seconds_each(const Function& function) {
   static volatile float sink;

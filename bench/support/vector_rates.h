@@ -4,11 +4,11 @@
 
 namespace tessera::bench {
 
-// What a thread reaches at most on the SIMD target in force: seconds of its processor time per vector instruction, of
-// independent ones on registers; gathers read 16 KiB, which the first cache holds, at random places.
+// Peak rates of a thread on the SIMD target in force: seconds of processor time per vector instruction, of
+// independent ones on registers. Gathers read random places in 16 KiB, which the first-level cache holds.
 struct VectorTimes {
   std::size_t lanes = 0;
-  double arithmetic = 0;  // the best of multiply-adds alone and sums and products mixed
+  double arithmetic = 0;  // the better of multiply-adds alone, and of mixed sums and products
   double division = 0, root = 0, gather = 0;
 };
 

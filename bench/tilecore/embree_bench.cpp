@@ -1,22 +1,22 @@
-// Visibility of moving micro-triangles: Tessera beside Embree, on the same posed patches and the same samples.
+// Measures visibility of moving micro-triangles: Tessera beside Embree, on the same posed patches and the same samples.
 //
 //   tessera_embree_baseline OUT_FOLDER [ROUNDS]       measures every row; writes embree.csv and the plots area.svg,
 //                                                  blur.svg
-//   tessera_embree_baseline --check                   a small image, no times: do both see the same?
+//   tessera_embree_baseline --check                   a small image, no times: checks that both see the same
 //   tessera_embree_baseline --frame [ROUNDS]           whole shaded frames, posing and resolve included, over Embree's
 //                                                  best time to the hits alone: 1 px^2 triangles, 32 px of blur; fails
 //                                                  above 1
 //   tessera_embree_baseline --capture FILE [FRAME [ROUNDS]]   whole shaded frames of a capture over Embree's best time to the
 //                                                  hits alone, masks included; one row of CSV; fails above 1.25
 //   tessera_embree_baseline --profile AREA BLUR LENS  Tessera alone, again and again, for a profiler
-//   tessera_embree_baseline --profile-frame [ROUNDS [no-clock]]   the same of the whole shaded frames of --frame; without
-//                                                  the finest clock where asked
+//   tessera_embree_baseline --profile-frame [ROUNDS [no-clock]]   the same for the whole shaded frames of --frame; no-clock
+//                                                  turns the finest clock off
 //
 // Scene: bench/support/posed_scene.h at 1280x720. Four samples per pixel, two threads.
 //
-// Tessera: front end, binner and tile cores without shading, all counters on; it makes its samples inside the time.
-// Embree: the patches that Tessera's front end does not cull, tessellated whole by Tessera's tessellator, then built,
-// then traced; its samples are there before. Rounds interleave all of them; figures are medians over the rounds.
+// Tessera runs front end, binner and tile cores without shading, all counters on; it makes its samples inside the measured
+// time. Embree gets the patches that Tessera's front end does not cull, tessellated as a whole by Tessera's tessellator;
+// it builds, then traces; its samples are made before. Rounds interleave both; figures are medians over the rounds.
 #include <algorithm>
 #include <ctime>
 #include <filesystem>
@@ -46,7 +46,7 @@ constexpr int kThreads = 2;
 
 // ---- Embree -----------------------------------------------------------------------------------------------------
 
-// What Embree writes for the samples of a tile.
+// Embree's results for the samples of a tile.
 struct TileHits {
   std::vector<std::uint32_t> geometry, primitive;
   std::vector<float> u, v, z;
@@ -56,7 +56,7 @@ struct TileHits {
   }
 };
 
-// Natural order of a tile's samples, one 8x8 block after the other.
+// Natural order of a tile's samples, 8x8 block by block.
 std::vector<std::uint32_t> block_order(const tilecore::TileSamples& samples) {
   const auto block_of = [&](std::uint32_t s) {
     const auto pixel = static_cast<int>(s) / samples.spp, width = samples.pixels.width();
@@ -114,7 +114,7 @@ void trace_packets(const EmbreeScene& scene, const tilecore::TileSamples& sample
   }
 }
 
-// One of Embree's ways.
+// One mode of Embree.
 struct EmbreeMode {
   const char* name;
   const char* configuration;
@@ -129,7 +129,7 @@ constexpr EmbreeMode kBaselines[] = {
 
 // ---- Measuring --------------------------------------------------------------------------------------------------
 
-// A posed frame's samples, in the order in which Embree gets them.
+// The samples of a posed frame, in the order for Embree.
 struct Rays {
   const binner::TileGrid& grid;
   std::vector<tilecore::TileSamples> samples;
@@ -167,7 +167,7 @@ test::EmbreeOptions options_of(const EmbreeMode& baseline, bool masks = false) {
   return o;
 }
 
-// A row's scene, posed, and the samples.
+// A row's posed scene and its samples.
 struct Bench : PosedScene {
   Rays rays;
 
@@ -175,7 +175,7 @@ struct Bench : PosedScene {
 
   test::Agreement compare(const EmbreeScene& scene, const std::vector<tilecore::TileState>& seen,
                           const std::vector<TileHits>& hits) const {
-    // 16 times the tests': coordinates are 8 times as large, and these intersectors are not watertight.
+    // 16 times the tests' tolerance: coordinates are 8 times as large, and these intersectors are not watertight.
     const test::Tolerance tolerance{0x1p-10, 1e-5};
     std::vector<test::Agreement> parts(grid.tile_count());
     parallel_for(grid.tile_count(), [&](std::size_t t) {
@@ -203,7 +203,7 @@ struct BaselineTimes {
   std::vector<double> tessellate, build, trace, total;
 };
 
-// Finds out whether packets help a baseline; calls check(hits) after each way.
+// Finds out whether packets help a baseline; calls check(hits) after each mode.
 template <class Check>
 void prepare(const Rays& rays, const EmbreeScene& scene, BaselineTimes& r, const Check& check) {
   std::vector<TileHits> hits = rays.room_for_hits();
@@ -220,7 +220,7 @@ void prepare(const Rays& rays, const EmbreeScene& scene, BaselineTimes& r, const
   r.packets = seconds[1] < seconds[0];
 }
 
-// A posed frame as Embree gets it.
+// A posed frame in Embree's form.
 struct EmbreeWork {
   const scene::FrameGeometry& frame;
   const std::vector<std::uint32_t>& patches;
@@ -357,7 +357,7 @@ int check() {
 
 const Row kShadedRow{1, 32, false};
 
-// What of a bench's scene --frame shades: one frame.
+// The part of a bench's scene that --frame shades: one frame.
 scene::Capture still_capture(const Bench& bench) {
   scene::Capture capture = bench.capture;
   capture.settings.frame_rate = 1;
@@ -365,7 +365,7 @@ scene::Capture still_capture(const Bench& bench) {
   return capture;
 }
 
-// The machine that shades it, posing and resolve included; `machine_model`: with the finest clock.
+// The machine that shades it, posing and resolve included; `machine_model` turns the finest clock on.
 gpu::Device shading_device(const scene::Capture& capture, const Bench& bench, bool machine_model) {
   gpu::RunSettings settings;
   settings.sampling.samples_per_pixel = kShadedRow.samples_per_pixel;
@@ -396,7 +396,7 @@ int compare_frames(int rounds) {
   return median(frames) < best ? 0 : 1;
 }
 
-// Whole shaded frames alone: their time, and processor time a shaded sample.
+// Profiles whole shaded frames alone: their time, and processor time per shaded sample.
 void profile_frames(int rounds, bool machine_model) {
   Bench bench(1280, 720, kShadedRow);
   const scene::Capture capture = still_capture(bench);
@@ -412,7 +412,7 @@ void profile_frames(int rounds, bool machine_model) {
              1e9 * processors / static_cast<double>(invocations));
 }
 
-// Motion between shutter open and close is a chord in Embree's hands, also where the machine has several segments.
+// Embree takes motion between shutter open and close as a straight line, also if the machine has several segments.
 int compare_capture(const std::string& file, int number, int rounds) {
   constexpr int kWidth = 1280, kHeight = 720;
   gpu::RunSettings settings;

@@ -1,7 +1,9 @@
-// Host time of built-in stages written as programs over that of the built-ins themselves: a table of ratios.
+// Measures the host time of built-in stages written as programs, relative to the built-ins: prints a table of ratios.
+//
 //   tessera_expression_costs [--check]
+//
 // Array: 256 samples with tangents and view. Point: one sample with tangents, or one colour. Interval: one cell. With
-// --check the sphere, the spring and the marble may take twice the time at most.
+// --check the sphere, the spring and the marble may take at most twice the time.
 #include <algorithm>
 #include <cstdio>
 #include <cstring>
@@ -32,14 +34,14 @@ constexpr int kRounds = 31;
 
 volatile float sink = 0;
 
-// Everything that was computed: what nothing reads, a compiler would leave out of the built-ins alone.
+// Uses all results: a compiler would drop unused ones from the built-ins alone.
 void use(const Vector3<float>& a) { sink = a.x + a.y + a.z; }
 void use(const shaders::ShapePoint<float>& p) { use(p.position + p.by_u + p.by_v); }
 double all_of(const Enclosure& e) {
   return e.low() + e.high() + e.by_s().low() + e.by_s().high() + e.by_t().low() + e.by_t().high();
 }
 
-// As deferred shading asks for them: a stage that is chosen at run time, one point at a time.
+// As in deferred shading: a stage chosen at run time, one point at a time.
 [[gnu::noinline]] shaders::ShapePoint<float> point_of(ShapeId id, const ShapeInput& in, float u, float v) {
   return shaders::with_shape(id, [&](auto shape) { return shaders::shape_tangents<decltype(shape)>(in, u, v); });
 }
@@ -50,8 +52,8 @@ double all_of(const Enclosure& e) {
   return shaders::program_color(*twin.program, twin.constants.data(), at);
 }
 
-// Processor time of `second` over that of `first`, each called `calls` times: the least of rounds that take them in
-// turn, on which other work of the host tells least.
+// Processor time of `second` relative to `first`, each called `calls` times: the least of interleaved rounds, which
+// other work of the host disturbs least.
 double ratio(int calls, const std::function<void()>& first, const std::function<void()>& second) {
   const auto seconds = [&](const std::function<void()>& work) {
     const double start = thread_seconds();

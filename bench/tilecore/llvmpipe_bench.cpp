@@ -1,7 +1,7 @@
-// Visibility of micro-triangles: Tessera beside llvmpipe, Mesa's software rasterizer, on the same posed patches.
+// Measures visibility of micro-triangles: Tessera beside llvmpipe, Mesa's software rasterizer, on the same posed patches.
 //
 //   tessera_llvmpipe_baseline OUT_FOLDER [ROUNDS]  measures every row; writes llvmpipe.csv
-//   tessera_llvmpipe_baseline --check              small images, no times: do both see the same?
+//   tessera_llvmpipe_baseline --check              small images, no times: checks that both see the same
 //   tessera_llvmpipe_baseline --shaded [OUT_FOLDER [ROUNDS]]  whole shaded frames, see below; writes shaded.csv
 //   tessera_llvmpipe_baseline --capture FILE [FRAME [ROUNDS [OUT_FOLDER]]]  whole shaded frames of a capture, see below;
 //                                                  one row of CSV; writes both images, tessera.png and llvmpipe.png
@@ -9,23 +9,23 @@
 //   tessera_llvmpipe_baseline --depths [ROUNDS]    depths alone, a sample a pixel, triangles of 1 pixel^2; one row of CSV
 //
 // Scene: bench/support/posed_scene.h at 1280x720, pinhole. Static rows: four samples per pixel; llvmpipe draws one
-// frame with 4x MSAA. Moving row: 16 samples per pixel; llvmpipe draws 16 frames of one sample per pixel, each at an
-// offset and a time of its own, and adds them up.
+// frame with 4x MSAA. Moving row: 16 samples per pixel; llvmpipe draws 16 frames of one sample per pixel, each at its
+// own offset and time, and adds them up.
 //
-// Tessera: front end, binner and tile cores without shading, all counters on, two threads. llvmpipe: clear, draw, wait
-// until it is done; its vertices are there before, tessellated and projected, those of static rows divided by their
-// depths, too. Two threads rasterize, beside the one that transforms and bins. Rounds interleave the two; figures are
-// medians over the rounds.
+// Tessera runs front end, binner and tile cores without shading, all counters on, on two threads. llvmpipe clears,
+// draws and waits until it is done; its vertices are made before, tessellated and projected, in static rows also
+// divided by their depths. Two threads rasterize, beside the one that transforms and bins. Rounds interleave the two;
+// figures are medians over the rounds.
 //
-// Shaded: the scene with images for base colour, metalness and roughness, under the studio, a sun and a lamp; triangles
-// of 4 pixel^2. Tessera renders its whole frame: pose, front end, binner, visibility, shading once per pixel and
-// surface, resolve, all counters on. llvmpipe clears, draws what bench/support/llvmpipe_shaded.h says, resolves and
-// reads back. Colours are compared first.
+// Shaded: the scene has images for base colour, metalness and roughness, under the studio, a sun and a lamp;
+// triangles of 4 pixel^2. Tessera renders its whole frame: pose, front end, binner, visibility, shading once per
+// pixel and surface, resolve, all counters on. llvmpipe clears, draws the frame of bench/support/llvmpipe_shaded.h,
+// resolves and reads back. Colours are compared first.
 //
-// Capture: the same of a capture's frame at shutter open, pinhole, the machine model off: the patches that Tessera's front
-// end keeps, tessellated whole by Tessera's tessellator. What llvmpipe has of materials and light, and what is left out to its
-// advantage (normal maps first of all), is in bench/support/llvmpipe_shaded.h. Fails where the images are not alike, or above
-// a limit of the ratio.
+// Capture: the same for a capture's frame at shutter open, pinhole, the machine model off, with the patches that
+// Tessera's front end keeps, tessellated as a whole by Tessera's tessellator. bench/support/llvmpipe_shaded.h lists
+// llvmpipe's materials and lights, and the features left out to its advantage (normal maps first of all). Fails if
+// the images are not alike, or above a limit of the ratio.
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -54,7 +54,7 @@ namespace {
 constexpr int kThreads = 2;
 using Image = std::vector<std::uint32_t>;  // patch + 1 per pixel; 0: nothing
 
-// ---- Do both see the same? --------------------------------------------------------------------------------------
+// ---- Checks that both see the same ------------------------------------------------------------------------------
 
 // Samples whose patches are compared. Inside: all nine pixels around see the same patch in llvmpipe's image.
 struct Agreement {
@@ -64,9 +64,9 @@ struct Agreement {
   }
 };
 
-// What is left may differ at edges: llvmpipe snaps what moves to 1/256 pixel at every time, Tessera at the keys alone;
-// the two decide differently where a sample lies on an edge; and depths round differently where surfaces meet. One in a
-// thousand may.
+// Differences may remain at edges: llvmpipe snaps moving vertices to 1/256 pixel at every time, Tessera at the keys
+// alone; the two decide differently if a sample lies on an edge; and depths round differently where surfaces meet.
+// One sample in a thousand may differ.
 bool agrees(const Agreement& a) {
   return a.inside_same == a.inside && 1000 * (a.samples - a.same) <= a.samples && 10 * a.inside >= a.samples;
 }
@@ -79,7 +79,7 @@ bool inside(const Image& image, int width, int height, int x, int y) {
   return true;
 }
 
-// Tessera's sample `sample` of every pixel, where its time is `time_code`, or at any time when that is negative.
+// Compares Tessera's sample `sample` of every pixel if its time is `time_code`, or at any time if that is negative.
 Agreement compare(const PosedScene& scene, const std::vector<tilecore::TileState>& tiles, int sample, int time_code,
                   const Image& image) {
   const int width = scene.frame->request.width, height = scene.frame->request.height,
@@ -108,8 +108,8 @@ Llvmpipe::Offset offset_of(const PosedScene& scene, int sample) {
   return {at.x, at.y};
 }
 
-// Tessera beside single-sample frames at its own offsets and, where the scene moves, at every `time_step`-th of its
-// times. `wrong_offset` is added to the offsets: for twins that must not agree.
+// Compares Tessera with single-sample frames at its own offsets and, if the scene moves, at every `time_step`-th of
+// its times. `wrong_offset` is added to the offsets, for twins that must not agree.
 Agreement compare_samples(PosedScene& scene, Llvmpipe& llvmpipe, int time_step, float wrong_offset = 0) {
   const auto tiles = scene.machine.run(*scene.frame, scene.pyramids, true).tiles;
   Agreement agreement;
@@ -123,8 +123,8 @@ Agreement compare_samples(PosedScene& scene, Llvmpipe& llvmpipe, int time_step, 
   return agreement;
 }
 
-// The frame with 4x MSAA beside single-sample frames at the same offsets. With the comparison above this says that
-// Tessera and the frame that is timed see the same.
+// Compares the frame with 4x MSAA with single-sample frames at the same offsets. Together with the comparison above
+// this shows that Tessera and the timed frame see the same.
 std::uint64_t differing_multisamples(Llvmpipe& llvmpipe) {
   const auto offsets = llvmpipe.multisample_offsets();
   std::uint64_t different = 0;
@@ -140,7 +140,7 @@ std::uint64_t differing_multisamples(Llvmpipe& llvmpipe) {
 
 // ---- Measuring --------------------------------------------------------------------------------------------------
 
-// A sample's time in the frame that llvmpipe draws for it: strata of the shutter.
+// Time of a sample in the frame that llvmpipe draws for it: strata of the shutter.
 float frame_time(int sample, int samples) { return (static_cast<float>(sample) + 0.5f) / static_cast<float>(samples); }
 
 std::string processor() {
@@ -152,7 +152,7 @@ std::string processor() {
 
 struct Row {
   SceneSettings scene;
-  double goal;  // of Tessera's time over llvmpipe's; 0: none
+  double goal;  // limit of Tessera's time over llvmpipe's; 0: none
 };
 constexpr Row kRows[] = {{{0.5, 0, false, 4}, 0.3},
                          {{1, 0, false, 4}, 0.3},
@@ -223,8 +223,8 @@ void measure_all(const std::filesystem::path& folder, int rounds) {
 
 bool report(const std::string& what, bool good, const Agreement& a);
 
-// Whether a pass that draws depths takes no more time than llvmpipe's. Tessera: front end, binner and tile cores without
-// shading, with what they keep of a sample besides its depth.
+// Whether a pass that draws depths takes at most llvmpipe's time. Tessera runs front end, binner and tile cores
+// without shading, including the data that they keep of a sample besides its depth.
 bool measure_depths(int rounds) {
   PosedScene scene(1280, 720, {1, 0, false, 1});
   const TriangleList triangles = list_triangles(*scene.frame, scene.patches);
@@ -284,7 +284,7 @@ bool check() {
       fmt::print("{}: {} wrong sums\n", name, wrong_sums);
       good = wrong_sums == 0 && good;
     }
-    // A twin that lacks the triangles of one patch of the wall.
+    // A twin without the triangles of one patch of the wall.
     const std::uint32_t missing = triangles.patch[triangles.indices[triangles.indices.size() / 3]];
     for (std::uint32_t& i : triangles.indices)
       if (triangles.patch[i] == missing) i = 0;
@@ -323,9 +323,10 @@ ColorDifference color_difference(const tessera::Image& ours, const tessera::Imag
   return {out.tessera / count, out.llvmpipe / count, out.difference / count};
 }
 
-// What is left: samples at edges lie elsewhere in the pixel; llvmpipe interpolates normals between vertices, shades
-// pixels at their middle where the triangle may not be, and approximates levels of detail and sRGB. None of it favours
-// bright or dark: means are held closer than single pixels. A roughness off by a tenth is three times as far off.
+// Differences remain for these reasons: samples at edges lie elsewhere in the pixel; llvmpipe interpolates normals
+// between vertices, shades pixels at their centre, which may be outside the triangle, and approximates levels of
+// detail and sRGB. None favours bright or dark, so means have a tighter limit than single pixels. A roughness off by
+// a tenth gives three times the limit.
 bool agrees(const ColorDifference& d) {
   return d.difference <= 0.02 * d.tessera && std::abs(d.tessera - d.llvmpipe) <= 0.005 * d.tessera;
 }
@@ -370,7 +371,7 @@ FrameTimes time_frames(gpu::Device& device, int number, ShadedLlvmpipe& llvmpipe
   return {median(ours), median(theirs)};
 }
 
-// False: the colours are others, or Tessera takes more than `limit` times llvmpipe's time.
+// Returns false if the colours differ, or if Tessera takes more than `limit` times llvmpipe's time.
 bool measure_shaded(const std::filesystem::path& folder, int rounds, double limit) {
   PosedScene scene(1280, 720, kShadedScene);
   gpu::Device device = shading_device(scene);
@@ -397,7 +398,7 @@ bool measure_shaded(const std::filesystem::path& folder, int rounds, double limi
 
 // ---- Captures ---------------------------------------------------------------------------------------------------
 
-// Of two images as they are shown, in steps of 255 from black to white.
+// Difference of two displayed images, in steps of 255 from black to white.
 struct ShownDifference {
   double alike = 0;  // share of pixels whose channels differ by kAlike steps at most
   double mean = 0;   // of the channels' differences
@@ -418,8 +419,9 @@ ShownDifference shown_difference(const Image8& ours, const Image8& theirs) {
   return {static_cast<double>(alike) / pixels, static_cast<double>(sum) / (3 * pixels)};
 }
 
-// False: the images are not alike, or Tessera takes more than kLimit times llvmpipe's time. What is left of differences:
-// what synthetic frames have, too, most of it at leaves' edges, and what llvmpipe_shaded.h leaves out.
+// Returns false if the images are not alike, or if Tessera takes more than kLimit times llvmpipe's time. The
+// remaining differences are the ones of synthetic frames, most of them at leaves' edges, and the features that
+// llvmpipe_shaded.h leaves out.
 bool compare_capture(const std::string& file, int number, int rounds, const std::filesystem::path& folder) {
   // The limit is the goal for city and garden. [measured] 0.24 to 0.27; 93 and 98 % of the pixels are alike, means differ by
   // 0.1 % at most, without occlusion maps (eggs) by 3 %.

@@ -1,12 +1,12 @@
-// What each visibility method tests for the same hits, on patches of 8x8 quads that move and on shipped captures;
-// counts, not times.
+// Counts the tests of each visibility method for the same hits, on moving patches of 8x8 quads and on shipped
+// captures. It measures counts, not times.
 //
 //   tessera_method_table OUT_FOLDER    writes method_table.csv, curves.csv, branch_nodes.csv, valid_rate.csv,
 //                                      captures.csv and the plots
 //   tessera_method_table --check       one row only
 //
-// Every figure comes from the tile cores' own counters. Each method's hits (captures: images) are compared with those
-// of the default, bit by bit.
+// Every figure comes from the tile cores' own counters. Each method's hits (for captures: images) are compared with
+// the default's, bit by bit.
 #include <cmath>
 #include <filesystem>
 #include <random>
@@ -35,7 +35,7 @@ struct Scene {
   scene::Capture capture;
   scene::Assembly assembly;
   std::unique_ptr<scene::FrameGeometry> frame;
-  std::vector<IntRect> pixels;  // of each patch over its whole motion
+  std::vector<IntRect> pixels;  // bounds of each patch over its whole motion
 };
 
 // Flat patches at `corners` (pixels from the frame's lower left corner) with sides of `side`, cut into quads of
@@ -52,7 +52,7 @@ std::unique_ptr<Scene> make_scene(const std::vector<std::pair<double, double>>& 
     for (const Vec3& p :
          test::flat_patch({f(x - kFrameSide / 2), f(y - kFrameSide / 2), 0}, {f(side), 0, 0}, {0, f(side), 0}))
       points.push_back(p);
-    // Raster space has y down. A pixel more on each side: vertices are put on the sub-pixel grid.
+    // Raster space has y down. One pixel more on each side, as vertices are put on the sub-pixel grid.
     const auto pixel = [](double v) { return static_cast<int>(std::floor(v)); };
     scene->pixels.push_back({pixel(x) - 1, pixel(kFrameSide - y - side - way_y) - 1, pixel(x + side + way_x) + 2,
                              pixel(kFrameSide - y) + 2});
@@ -73,7 +73,7 @@ std::unique_ptr<Scene> make_scene(const std::vector<std::pair<double, double>>& 
   return scene;
 }
 
-// Patches of 8x8 quads anywhere in the middle of the frame, at any sub-pixel position; motion along the diagonal.
+// Patches of 8x8 quads at random places in the middle of the frame, at any sub-pixel position; motion along the diagonal.
 std::unique_ptr<Scene> make_toy(double quad, double motion) {
   std::mt19937 random(1);
   const auto uniform = [&](double low, double high) {
@@ -88,7 +88,7 @@ std::unique_ptr<Scene> make_toy(double quad, double motion) {
   return make_scene(corners, side, quad, way, way);
 }
 
-// Hits, in any order: a sum over their bits, mixed, that does not depend on it.
+// Sums up a hash of all hits, so that their order does not matter.
 class HashSink final : public HitSink {
  public:
   std::uint64_t hash = 0;
@@ -116,8 +116,8 @@ double ratio(std::uint64_t a, std::uint64_t b) {
   return b == 0 ? 0.0 : static_cast<double>(a) / static_cast<double>(b);
 }
 
-// Every patch in every tile that the rectangle of its motion touches, whatever is in front.
-// `times` that samples have; 0: all of the pattern's.
+// Tests every patch in every tile that the rectangle of its motion touches, without occlusion. `times`: number of
+// times that samples have; 0: all of the pattern's.
 Result run(const Scene& scene, const VisibilityMethodSettings& method, int samples_per_pixel = 4, int times = 0) {
   const scene::FrameGeometry& frame = *scene.frame;
   const binner::TileGrid grid(kFrameSide, kFrameSide, 32, 32);
@@ -129,7 +129,7 @@ Result run(const Scene& scene, const VisibilityMethodSettings& method, int sampl
   job.grid = &grid;
   job.pattern = &pattern;
   job.core.visibility = method;
-  job.forced.motion = true;  // at no motion, too
+  job.forced.motion = true;  // also without motion
   TileCore core;
   Result result;
   HashSink sink;
@@ -171,7 +171,7 @@ std::vector<NamedMethod> methods() {
 
 Result checked(const Scene& scene, const VisibilityMethodSettings& method, const Result& expected,
                const std::string& name, int samples_per_pixel = 4) {
-  // Interleaved looks at a few times; with as few, patch-bvh finds the same.
+  // The interleaved method tests at a few times; with the same times, patch-bvh finds the same hits.
   const int times = method.method == VisibilityMethod::kInterleaved ? VisibilityMethodSettings::kInterleavedTimes : 0;
   const Result result = run(scene, method, samples_per_pixel, times);
   const Result same_times = times > 0 ? run(scene, {}, samples_per_pixel, times) : expected;
@@ -190,7 +190,7 @@ std::string counted(const char* name, const Result& r) {
   const std::uint64_t hits = r.core.sample_hits;
   std::string row = fmt::format("{},{},{:.2f},{:.2f},{:.2f}", name, hits, ratio(r.core.box_tests, hits),
                                 ratio(r.core.triangle_tests, hits), 100 * r.efficiency());
-  // What a unit that did not run would have counted stays empty.
+  // A figure stays empty if the unit that would have counted it did not run.
   const auto add = [&](bool there, double value) { row += there ? fmt::format(",{:.2f}", value) : std::string(","); };
   const bool stencil = r.stencil.tests > 0, rays = r.rays.rays_cast > 0;
   add(stencil, ratio(r.stencil.tests, hits));
@@ -311,7 +311,7 @@ void write_valid_rate(const std::filesystem::path& folder) {
                   {"Valid rate of a square of 8 pixels that moves 64", "segments", "%", false}, series);
 }
 
-// Frames of shipped captures through the whole machine, what lies in front taken into account.
+// Renders frames of shipped captures with the whole machine, occlusion included.
 void write_captures(const std::filesystem::path& folder) {
   std::string csv =
       "capture,frame,method,hits,box_tests_per_hit,triangle_tests_per_hit,efficiency_percent,stencil_tests_per_hit,"
@@ -323,7 +323,7 @@ void write_captures(const std::filesystem::path& folder) {
     for (const NamedMethod& method : methods()) {
       gpu::GpuConfiguration gpu;
       gpu.tilecore.visibility = method.settings;
-      // Interleaved looks at a few times; with as few, patch-bvh shows the same.
+      // The interleaved method tests at a few times; with the same times, patch-bvh shows the same.
       gpu::RunSettings settings;
       const bool interleaved = method.settings.method == VisibilityMethod::kInterleaved;
       if (interleaved) settings.sampling.times = VisibilityMethodSettings::kInterleavedTimes;

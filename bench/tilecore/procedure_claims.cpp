@@ -1,6 +1,6 @@
-// The claims of the published procedural architecture, measured on a capture of procedures against the conventional
-// pipeline, in one run: tessera_procedure_claims CAPTURE WxH [SPP] [--plots DIR] Prints a table in Markdown; with
-// --plots also cost against the number of objects and of tiles. Times are of this host.
+// Checks the claims of the published procedural architecture on a capture of procedures, against the conventional
+// pipeline, in one run: tessera_procedure_claims CAPTURE WxH [SPP] [--plots DIR]. Prints a table in Markdown; with
+// --plots also plots cost against the number of objects and of tiles. Times are of this host.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -32,7 +32,7 @@ double seconds_since(Clock::time_point start) { return std::chrono::duration<dou
 
 using Procedures = tilecore::ProcedureSettings;
 
-// A frame and, when it was observed, the schemes beside it.
+// A frame and, if it was observed, the schemes beside it.
 struct Compared : FrameResult {
   baselines::BaselineSet schemes;
 };
@@ -63,7 +63,7 @@ Image display(const Image& linear, float exposure) {
   return out;
 }
 
-// ---- What is counted ------------------------------------------------------------------------------------------
+// ---- Counts ---------------------------------------------------------------------------------------------------
 
 // Mean operations of the stages over a frame's procedures, weighted by `share` of each drawable.
 struct StageCosts {
@@ -121,7 +121,7 @@ CellsOfTiles cells_of_tiles(const scene::FrameGeometry& frame, const binner::Til
   return out;
 }
 
-// Samples that a tile would evaluate if it kept, per piece, only the ranges of u and v that its cells span.
+// Samples that a tile would evaluate if it kept for each piece only the ranges of u and v that its cells span.
 std::uint64_t min_max_samples(const tilecore::ParameterMaps& maps, const CellsOfTiles& of_tiles) {
   std::uint64_t samples = 0;
   std::vector<std::vector<std::uint32_t>> of_piece;  // all cells of the piece that cell c belongs to
@@ -149,8 +149,7 @@ std::uint64_t min_max_samples(const tilecore::ParameterMaps& maps, const CellsOf
   return samples;
 }
 
-// Missed (tile, object) pairs of the published maps: those that the interval maps' sampling shows to be needed are
-// found by sampling every cell densely.
+// Number of (tile, object) pairs that `maps` miss: dense sampling of every piece finds the tiles that an object needs.
 std::uint64_t missed_tiles(const scene::FrameGeometry& frame, const binner::TileGrid& grid,
                            const tilecore::ParameterMaps& maps) {
   std::uint64_t missed = 0;
@@ -256,7 +255,7 @@ void print_claims(const scene::Capture& capture, int width, int height, int spp)
   fmt::print("| geometry evaluations over vertices (sides of 3 pixels) | | {:.0f} |\n", samples / vertices);
   fmt::print("| operations, all stages per sample, over the pipeline | 10 to 100 | {:.1f} |\n",
              samples * (cost.geometry + view + cost.surface) / pipeline_operations);
-  fmt::print("| operations as built, shading what is visible | | {:.1f} |\n",
+  fmt::print("| operations as built, visible surfaces shaded | | {:.1f} |\n",
              (samples * (cost.geometry + view) + shaded * cost.surface) / pipeline_operations);
   fmt::print("| sparse pass, share of samples: published maps / interval cells | 25 % | {:.1f} % / {:.2f} % |\n",
              100.0 * static_cast<double>(ps.sparse_evaluations) / static_cast<double>(ps.samples),
@@ -280,7 +279,7 @@ void print_claims(const scene::Capture& capture, int width, int height, int spp)
 
 // ---- Speed ----------------------------------------------------------------------------------------------------
 
-// Samples a second of the whole array on all threads: geometry, view and shading of a sphere.
+// Samples per second of the whole array on all threads: geometry, view and shading of a sphere.
 double array_rate(bool shaded) {
   shaders::ShapeInput in;
   in.p[0] = 1;

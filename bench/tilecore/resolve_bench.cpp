@@ -1,7 +1,8 @@
-// The resolve stage's units: filling missing pixels by each kernel beside bilinear, advection, frame-buffer
-// compression.
+// Measures the units of the resolve stage: filling missing pixels by each kernel and by bilinear interpolation,
+// reprojection (advection), frame-buffer compression.
 //
-// Fill* time a kernel and bilinear interleaved, so that the ratio `over_bilinear` holds whatever else the machine does.
+// Fill* times a kernel and bilinear interpolation interleaved, so that the ratio `over_bilinear` does not depend on
+// other work of the host.
 #include <benchmark/benchmark.h>
 
 #include <cmath>
@@ -74,7 +75,7 @@ void Fill(benchmark::State& state, Reconstruction kernel, int rate) {
   Image image(static_cast<int>(state.range(0)), static_cast<int>(state.range(1)), rate);
   const ReconstructionWork work = image.fill(kernel);
   if (image.error() > 0.03) state.SkipWithError("the image is not the smooth one");
-  if (work.direct_pixels != 0) state.SkipWithError("the weights do not come from where they should");
+  if (work.direct_pixels != 0) state.SkipWithError("weights were computed, as no table had them");
   std::vector<double> own, bilinear;
   for (auto _ : state) {
     const double begin = bench::now();
@@ -130,7 +131,7 @@ void Advect(benchmark::State& state, Fetch fetch, bool bfecc) {
   const auto advect = [&](int x, int y) {
     return advect_pixel(x, y, 1.0f, 1, history, field, {fetch, bfecc}, 0.0f, work);
   };
-  // Verify: the smooth image, moved.
+  // Verify: the result is the smooth image, moved.
   const float expected = 0.5f + 0.5f * std::sin(0.21f * (20 - 0.3f) + 0.13f * (30 + 0.7f));
   if (advect(20, 30).outcome != Advection::kTaken || std::abs(advect(20, 30).color.x - expected) > 0.01f)
     state.SkipWithError("not the moved image");

@@ -1,7 +1,7 @@
-// The roofline of box and triangle tests (bench/support/roofline.h), per SIMD target.
+// Measures the roofline of box and triangle tests (bench/support/roofline.h), per SIMD target.
 //
-// Rates are per second of a thread's processor time, so that other programs do not lower them; threads:2 says what each
-// of two threads reaches while the other runs, and the machine's ceiling is twice that.
+// Rates are per second of a thread's processor time, so that other programs do not lower them. threads:2 gives the
+// rate of each of two threads that run at once; the machine's roofline is twice that.
 #include <benchmark/benchmark.h>
 
 #include <string>
@@ -20,7 +20,7 @@ void Ceiling(benchmark::State& state, RooflineTest test, Arrangement arrangement
   Masks masks(tests);
   if (state.thread_index() == 0) {
     test_all(test, in, arrangement, masks);
-    if (!is_verified(test, in, arrangement, masks)) state.SkipWithError("a mask is not what the scalar test says");
+    if (!is_verified(test, in, arrangement, masks)) state.SkipWithError("a mask differs from the scalar test");
   }
   for (auto _ : state) {
     test_all(test, in, arrangement, masks);

@@ -1,13 +1,13 @@
-// What the ray path reaches of the roofline (bench/support/roofline.h) where it works: in a whole frame.
+// Measures the share of the roofline (bench/support/roofline.h) that the ray path reaches in a whole frame.
 //
 //   tessera_roofline_share OUT_FOLDER [ROUNDS]  writes roofline_share.csv
-//   tessera_roofline_share --check              a small image: does the clock change nothing, and are the shares above
-//                                               what they may not fall below?
+//   tessera_roofline_share --check              a small image: checks that the clock changes nothing and that the shares are
+//                                               above their lower limits
 //
-// Scene: bench/support/posed_scene.h at 1280x720, pinhole, triangles of 1 pixel^2, 32 pixels of blur; one thread. Every
-// round renders the frame with the kernels as they are and with the same source compiled with a clock, and measures the
-// roofline. What a look at the clock costs is the difference of the two frames over the looks; it is taken off each
-// stage. Figures are medians over the rounds.
+// Scene: bench/support/posed_scene.h at 1280x720, pinhole, triangles of 1 pixel^2, 32 pixels of blur; one thread.
+// Every round renders the frame with the normal kernels and with the same source compiled with a clock, and measures
+// the roofline. The cost of reading the clock is the difference of the two frames over the number of readings; it is
+// subtracted from each stage. Figures are medians over the rounds.
 //
 // Boxes: survivors of a leaf's box against the boxes of its cells, the list of pairs included. Triangles: from the list
 // to the decision, fetching corners and samples included. Hits: attributes, and the way to the visibility buffer.
@@ -69,9 +69,9 @@ struct StageFigures {
 
 struct Shares {
   std::array<StageFigures, tilecore::kRayStages> stages;
-  std::vector<double> boxes, linear, perspective;  // the roofline
+  std::vector<double> boxes, linear, perspective;  // rates of the roofline
   std::vector<double> tiles;                       // seconds of the tile cores without the clock
-  bool same = true;                                // what both frames count
+  bool same = true;                                // both frames have equal counts
 
   const StageFigures& stage(RayStage s) const { return stages[static_cast<std::size_t>(s)]; }
   double share(RayStage s, const std::vector<double>& ceiling) const { return stage(s).rate() / median(ceiling); }
@@ -86,7 +86,7 @@ Shares measure(PosedScene& scene, int rounds, double ceiling_seconds) {
   const auto run = [&](const tilecore::VisibilityKernels* kernels) {
     return scene.machine.run(*scene.frame, scene.pyramids, false, true, kernels);
   };
-  run(nullptr);  // both find the meshes tessellated
+  run(nullptr);  // renders once before, so that both ways find the meshes tessellated
   Shares out;
   for (int round = 0; round < rounds; ++round) {
     const auto plain = run(nullptr);
@@ -114,7 +114,7 @@ Shares measure(PosedScene& scene, int rounds, double ceiling_seconds) {
   return out;
 }
 
-// The two best targets: what machines of today have.
+// The two best targets, which current machines have.
 std::vector<std::string> wide_targets() {
   std::vector<std::string> targets = simd_target_names();
   targets.resize(std::min<std::size_t>(targets.size(), 2));
@@ -163,7 +163,7 @@ bool check() {
     laws.expect(target + ": the clock changes no count", s.same);
     laws.expect(target + ": boxes and triangles are tested",
                 s.stage(RayStage::kBoxes).tests > 0 && s.stage(RayStage::kTriangles).tests > 0);
-    // Half of what a machine reached whose processors others wanted, too.
+    // The limits are half of the shares on a machine whose processors did other work as well.
     laws.expect(target + ": boxes reach a tenth of the roofline", s.share(RayStage::kBoxes, s.boxes) > 0.1);
     laws.expect(target + ": triangles reach a twentieth", s.share(RayStage::kTriangles, s.perspective) > 0.05);
   }

@@ -1,9 +1,9 @@
-// Pixel-shader invocations of the shipped captures: in warps on SIMD lanes, and one alone (the scalar twin), without
-// texture caches. Eggs: displaced patches with three textures; stroll: meshes with images.
+// Measures pixel-shader invocations of the shipped captures: in warps on SIMD lanes, and one alone (the scalar twin),
+// without texture caches. Eggs: displaced patches with three textures; stroll: meshes with images.
 //
-// Roofline: what the shader's vector instructions take at least on this machine, one after the other: arithmetic at the
-// peak of multiply-adds or of mixed sums and products, divisions and roots at theirs, gathers of texels from the first
-// cache at theirs. Rates and shader take turns; processor time of one thread, the best of fifty rounds.
+// Roofline: the least time of the shader's vector instructions on this machine, in sequence: arithmetic at the peak
+// of multiply-adds or of mixed sums and products, divisions and roots at their peaks, gathers of texels from the
+// first-level cache at theirs. Rates and shader take turns; processor time of one thread, the best of fifty rounds.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -42,7 +42,7 @@ void Alone(benchmark::State& state, const std::string& name) {
   state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(of.invocations.size()));
 }
 
-// Nanoseconds of an invocation and of its parts at the machine's rates.
+// Nanoseconds of an invocation and of its parts at the machine's peak rates.
 struct Roofline {
   double shader = 0, arithmetic = 0, divisions = 0, texel_gathers = 0, other_gathers = 0;
   double least() const { return arithmetic + divisions + texel_gathers; }
@@ -63,12 +63,12 @@ Roofline measure_roofline(const CaptureInvocations& of, const ShaderWork& work) 
     texels.push_back(lane_ns * work.texel_gathers * peak.gather);
     others.push_back(lane_ns * work.other_gathers * peak.gather);
   }
-  // The best of the rounds: what disturbs makes things slower, nothing faster.
+  // The best of the rounds: disturbances only make a round slower.
   const auto best = [](const std::vector<double>& v) { return *std::min_element(v.begin(), v.end()); };
   return {best(time), best(arithmetic), best(divisions), best(texels), best(others)};
 }
 
-// An error where invocations take more than `limit` times the roofline: a ratio within one run, with room for noise.
+// Reports an error if invocations take more than `limit` times the roofline: a ratio within one run, with room for noise.
 void OverRoofline(benchmark::State& state, const std::string& name, const std::string& target, double limit) {
   const CaptureInvocations of(TESSERA_SOURCE_DIR "/captures/" + name + ".glb", 1 << 15);
   force_simd_target(target);

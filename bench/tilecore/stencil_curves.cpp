@@ -1,13 +1,12 @@
-// Measures what reconstruction leaves of a smooth image and what it costs: error by wavelength, kernel and rate, taps
-// and time.
+// Measures the error of reconstructing a smooth image, and its cost: error by wavelength, kernel and rate, taps and time.
 //
 //   tessera_stencil_curves OUT_FOLDER [ROUNDS]  writes stencil_error.csv, stencil_cost.csv, stencil_error_8.svg,
 //                                               stencil_error_4.svg, stencil_cost.svg
-//   tessera_stencil_curves --check              no times: do the orders hold that the plots are there to show?
+//   tessera_stencil_curves --check              no times: checks the orders that the plots show
 //
-// Kernels are named as in cubic_stencil.h. Error: root mean square over the
-// missing pixels of sinusoids of amplitude 1 in 32 directions and 16 phases. All blocks are rendered by one pattern;
-// "rows" is the pair of squares that pattern_dither.h did not choose.
+// Kernels are named as in cubic_stencil.h. Error: root mean square over the missing pixels of sinusoids of amplitude
+// 1 in 32 directions and 16 phases. All blocks are rendered by one pattern; "rows" is the pair of squares that
+// pattern_dither.h does not use.
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -97,7 +96,7 @@ struct Cost {
   double taps_per_pixel = 0, ns_per_pixel = 0;
 };
 
-// Blocks that lie in the cache; rounds interleave all kernels and are short, so that few are interrupted.
+// Measures on blocks that lie in the cache; rounds interleave all kernels and are short, so that few are interrupted.
 std::vector<std::vector<Cost>> measure_costs(int rounds) {
   constexpr int kBlocks = 256;
   std::vector<std::vector<Cost>> costs(std::size(kLattices), std::vector<Cost>(std::size(kKernels)));

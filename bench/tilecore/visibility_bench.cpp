@@ -1,4 +1,4 @@
-// Visibility of one 64x64 tile full of quads: raster path, ray path per blur length, quad size and SIMD target.
+// Measures visibility of one 64x64 tile full of quads: raster path, and ray path by blur length, quad size and SIMD target.
 #include <benchmark/benchmark.h>
 
 #include <cmath>

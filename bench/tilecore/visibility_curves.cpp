@@ -1,13 +1,13 @@
-// What visibility costs Tessera alone: against blur, triangle size, samples per pixel and threads.
+// Measures the cost of visibility in Tessera alone: against blur, triangle size, samples per pixel and threads.
 //
 //   tessera_visibility_curves OUT_FOLDER [ROUNDS]  writes curves.csv, curve_goals.csv, curve_blur.svg, curve_tests.svg,
 //                                                  curve_size.svg, curve_samples.svg
-//   tessera_visibility_curves --check              a small image, no times: are the things that are compared the same
-//                                                  things?
+//   tessera_visibility_curves --check              a small image, no times: checks that the comparisons compare equal
+//                                                  things
 //
 // Scene: bench/support/posed_scene.h at 1280x720, pinhole. Time: front end, binner and tile cores without shading, all
-// counters on. The raster path is what runs where nothing moves; the ray path is forced there, so that its curve begins
-// at blur 0. Rounds interleave all points; figures are medians over the rounds, counts are the same in each.
+// counters on. The raster path is the normal one for scenes at rest; the ray path is forced there, so that its curve
+// begins at blur 0. Rounds interleave all points; figures are medians over the rounds, counts are the same in each.
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -71,8 +71,8 @@ std::vector<Point> all_points() {
   return points;
 }
 
-// Triangle tests per hit of a rasterizer that tests all samples of the pixels that a triangle's box touches during the
-// shutter: what bounding in space alone costs.
+// Triangle tests per hit of a rasterizer that tests all samples of the pixels that a triangle's box touches during
+// the shutter: the cost of bounding in space alone.
 double brute_tests_per_hit(const TriangleList& list) {
   double pixels = 0, area = 0;
   for (std::size_t i = 0; i < list.indices.size(); i += 3) {
@@ -109,7 +109,7 @@ test::MachineVisibility::Result run(const Point& point, PosedScene& scene, bool 
   return scene.machine.run(*scene.frame, scene.pyramids, keep_tiles, point.rays);
 }
 
-// Points with equal scenes share them.
+// Poses the scenes of points; points with equal scenes share them.
 std::vector<Measured> pose_points(const std::vector<Point>& points) {
   std::map<std::tuple<double, double, int>, std::pair<std::shared_ptr<PosedScene>, double>> scenes;
   std::vector<Measured> out;

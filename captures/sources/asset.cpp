@@ -246,7 +246,7 @@ void Asset::animate_weights(int node, const std::vector<float>& times, const std
 void Asset::write(const std::filesystem::path& folder) {
   if (document_.contains("extensions") && document_["extensions"].contains("TESSERA_capture"))
     use_extension("TESSERA_capture");
-  // Nodes that nobody claims as a child are the scene's roots.
+  // The scene's roots are the nodes that are no other node's child.
   std::vector<bool> claimed(document_["nodes"].size(), false);
   for (const json& node : document_["nodes"])
     if (node.contains("children"))

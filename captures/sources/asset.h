@@ -34,24 +34,24 @@ struct Part {
 };
 
 // Collects the objects of a glTF asset and writes it as NAME.gltf with NAME.bin and images beside it. Every add_
-// function returns the index of what it added.
+// function returns the index of the added object.
 class Asset {
  public:
   explicit Asset(std::string name);
 
-  // An image file; colour images become JPEG, others PNG.
+  // Add an image file; colour images become JPEG, others PNG.
   int add_color_texture(const Image8& image, const std::string& file);
   int add_data_texture(const Image8& image, const std::string& file);
   int add_height_texture(const Image16& image, const std::string& file);
-  // The light from around: a Radiance file, whose pixels are 4 bytes each. `radiance` of a direction, +y up.
+  // Sets the environment: a Radiance file with 4 bytes for each pixel. `radiance` gives the light from a direction, +y up.
   void set_environment(int width, int height, const std::function<Vec3(Vec3)>& radiance, const std::string& file);
 
   int add_material(nlohmann::json material);
   int add_mesh(const Geometry& geometry, int material);
-  int add_mesh(const std::vector<Part>& parts);     // those that have no vertices are left out
-  int add_points(const std::vector<Vec3>& points);  // an accessor of its own
-  int add_node(nlohmann::json node);                // a root of the scene unless `child` later claims it
-  // A node that draws `mesh` at each place (EXT_mesh_gpu_instancing).
+  int add_mesh(const std::vector<Part>& parts);     // leaves parts without vertices out
+  int add_points(const std::vector<Vec3>& points);  // adds an accessor of its own
+  int add_node(nlohmann::json node);  // adds a root of the scene, unless another node has it in `children`
+  // Places for a node that draws `mesh` at each of them (EXT_mesh_gpu_instancing).
   struct Instances {
     std::vector<Vec3> translations, scales;
     std::vector<glm::quat> rotations;
@@ -62,11 +62,11 @@ class Asset {
   int add_light(nlohmann::json light);
   int add_skin(const std::vector<int>& joints, const std::vector<Mat4>& inverse_bind);
 
-  // Linear keys for one path of a node: 3 or 4 numbers each.
+  // Adds linear keys for one path of a node: 3 or 4 numbers each.
   void animate(int node, const std::string& path, const std::vector<float>& times, const std::vector<Vec3>& values);
   void animate(int node, const std::string& path, const std::vector<float>& times,
                const std::vector<glm::quat>& values);
-  // Weights of morph targets: as many for each key as the node's mesh has.
+  // Adds keys for the weights of morph targets, as many for each key as the node's mesh has targets.
   void animate_weights(int node, const std::vector<float>& times, const std::vector<float>& values);
 
   nlohmann::json& node(int index) { return document_["nodes"][static_cast<std::size_t>(index)]; }
@@ -95,10 +95,10 @@ class Asset {
 // {"index": texture} with a texture transform when `repeat` is not 1.
 nlohmann::json texture_info(int texture, Vec2 repeat = Vec2(1.0f));
 
-// The material, displaced by scale * height + bias.
+// Returns the material with a displacement of scale * height + bias.
 nlohmann::json displaced(nlohmann::json material, int heights, Vec2 repeat, float scale, float bias);
 
-// "translation", "rotation" members for a camera or light at `eye` that looks at `target`.
+// The members "translation" and "rotation" of a camera or light at `eye` that looks at `target`.
 nlohmann::json look_at(Vec3 eye, Vec3 target);
 
 nlohmann::json array_of(const Vec3& v);

@@ -70,7 +70,7 @@ CityMaterials add_city_materials(Asset& asset) {
   return m;
 }
 
-// The share of the sun that reaches a point of the street, and of the sky between the houses.
+// Share of the light of sun and sky that reaches a point of the street between the houses.
 Vec3 street_light(const Shades& shades, Vec3 at) {
   const float corner = 1.0f - 0.45f * std::exp(-1.4f * std::max(0.0f, kStreet - std::abs(at.x)));
   return mix(Vec3(0.22f, 0.25f, 0.31f), Vec3(1.0f), sunlight(shades, at)) * corner;
@@ -93,7 +93,7 @@ Terrace add_terraces(Asset& asset, const CityMaterials& m, Shadows shadows) {
   return t;
 }
 
-// Both sides of the street, house by house; what shades it is returned.
+// Adds both sides of the street, house by house, and returns the objects that shade it.
 Shades add_street_sides(Asset& asset, const Terrace& t) {
   Shades shades;
   for (const float side : {-1.0f, 1.0f}) {
@@ -171,7 +171,7 @@ void add_church(Asset& asset, const CityMaterials& m, Shadows shadows) {
                   {"translation", {1.5f, 0.0f, kFar + 1.0f}}});
 }
 
-// Trees along the pavements; what they shade is added.
+// Adds trees along the pavements, and their shade to `shades`.
 void add_street_trees(Asset& asset, Shades& shades, Shadows shadows) {
   json leaves = {{"doubleSided", true},
                  {"alphaMode", "MASK"},
@@ -254,7 +254,7 @@ std::vector<Part> car(int paint, int tyre) {
   return {{shell, paint}, {wheels, tyre}};
 }
 
-// Cars stand beside the kerbs. Where their shadows are cast, two more drive, one each way.
+// Adds parked cars beside the kerbs. With cast shadows two more drive, one each way.
 void add_cars(Asset& asset, Shades& shades, Shadows shadows) {
   const auto enamel = [&](Vec3 color, float roughness) {
     return asset.add_material({{"pbrMetallicRoughness",
@@ -286,7 +286,7 @@ void add_cars(Asset& asset, Shades& shades, Shadows shadows) {
     asset.animate(add_car(from), "translation", {0.0f, kWalkSeconds}, std::vector<Vec3>{from, to});
 }
 
-// A strip of the street along z: patches get longer with distance. Texture coordinates per metre: `scale`.
+// A strip of the street along z: patches get longer with distance. `scale`: texture coordinates per metre.
 void add_strip(Geometry& g, float x0, float x1, int columns, float y, float scale, const Shades& shades) {
   const auto corner = [&](float x, float z) {
     return Corner{{x, y, z}, Vec2(x, z) * scale, street_light(shades, {x, y + 0.02f, z})};
@@ -326,7 +326,7 @@ void add_ground_of_city(Asset& asset, const CityMaterials& m, const Shades& shad
       {{"name", "street"},
        {"mesh",
         asset.add_mesh(lit({{road, m.asphalt}, {pavement, m.slabs}, {kerbs, m.trim}, {paint, m.paint}}, shadows))}});
-  // What lies beyond: yards and the other streets.
+  // Ground beyond the street: yards and the other streets.
   Geometry beyond;
   for (int j = 0; j < 12; ++j)
     for (int i = -8; i < 8; ++i) {

@@ -11,7 +11,7 @@ namespace {
 
 float fraction(float x) { return x - std::floor(x); }
 
-// Distance to the border of the cell [0, 1)^2, in units of which a cell has (width, height).
+// Distance to the border of the cell [0, 1)^2, in units in which a cell measures (width, height).
 float border(float x, float y, float width, float height) {
   return std::min(std::min(x, 1.0f - x) * width, std::min(y, 1.0f - y) * height);
 }
@@ -36,7 +36,7 @@ Stone ashlars(float u, float v) { return courses(u, v, 2, 5, 2.0f); }
 Stone slabs(float u, float v) { return courses(u, v, 3, 4, 2.4f); }
 Stone slates(float u, float v) { return courses(u, v, 8, 10, 2.0f); }
 
-// What an atlas of panes has at a point of a tile: frame and glass.
+// Content of an atlas of panes at a point of a tile: frame or glass.
 struct Pane {
   bool frame;
   float height;
@@ -44,7 +44,7 @@ struct Pane {
 };
 
 Vec3 glass_color(int tile, float x, float y) {
-  // A dark room behind a reflection of the sky, broken by that of the roofs opposite.
+  // A dark room behind a reflection of the sky, which the reflected roofs of the opposite houses cut off.
   const float roofs = smooth_step(0.50f, 0.62f, y + 0.25f * x + 0.05f * static_cast<float>(tile % 3));
   Vec3 color = mix(Vec3(0.34f, 0.42f, 0.50f) * (1.0f - 0.45f * y), Vec3(0.10f, 0.11f, 0.12f), roofs);
   const float fold = 0.82f + 0.18f * std::sin(x * (tile & 1 ? 70.0f : 52.0f));
@@ -106,7 +106,7 @@ Pane pane(float u, float v) {
   return tile == 6 ? door_pane(x, y) : tile == 7 ? shop_pane(x, y) : window_pane(tile, x, y);
 }
 
-// Where the window of a tower's bay is: distance into it, in metres of a bay of three.
+// Window of a tower's bay: distance into it, in metres for a bay of three metres.
 float tower_window(float u, float v) {
   return std::min(std::min(u - 0.28f, 0.72f - u) * 3.0f, std::min(v - 0.25f, 0.80f - v) * 3.2f);
 }

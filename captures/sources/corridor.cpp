@@ -14,8 +14,8 @@ namespace {
 
 using nlohmann::json;
 
-// The corridor runs from z = kNearEnd to z = kFarEnd between walls at x = -kHalfWidth and kHalfWidth. Every bay has two tubes below the
-// ceiling and two on the walls; two lights of short range stand for each of them: 8 x 16 = 128.
+// The corridor runs from z = kNearEnd to z = kFarEnd between walls at x = -kHalfWidth and kHalfWidth. Every bay has
+// two tubes below the ceiling and two on the walls, each with two lights of short range: 8 x 16 = 128.
 constexpr float kHalfWidth = 2.0f, kCeiling = 3.0f, kBay = 2.0f, kNearEnd = 2.0f, kFarEnd = -30.0f;
 constexpr int kBays = 16;
 
@@ -56,7 +56,7 @@ Image8 slab_colors() {
   });
 }
 
-// The rectangle at `at` along `u` and `v`, of nu x nv bilinear patches; its front is where u x v points.
+// The rectangle at `at` along `u` and `v`, of nu x nv bilinear patches; its front faces along u x v.
 void add_rectangle(Geometry& g, Vec3 at, Vec3 u, Vec3 v, int nu, int nv) {
   const auto corner = [&](int i, int j) {
     const Vec2 s(static_cast<float>(i) / static_cast<float>(nu), static_cast<float>(j) / static_cast<float>(nv));
@@ -169,7 +169,7 @@ void add_panes(Asset& asset) {
   }
 }
 
-// Things on pedestals that the spot lights above them show, and whose shadows they cast.
+// Adds objects on pedestals below spot lights, which cast their shadows.
 void add_shown(Asset& asset) {
   const int stone = asset.add_material(material_of(Vec3(0.5f, 0.49f, 0.46f), 0.0f, 0.6f)),
             glaze = asset.add_material(material_of(Vec3(0.72f, 0.70f, 0.64f), 0.0f, 0.2f)),

@@ -85,7 +85,7 @@ Image8 ember_glow() {
   });
 }
 
-// Where an egg of a look stands; the first is the one in the middle.
+// Place of an egg and its look; the first egg is the middle one.
 struct Place {
   std::size_t look;
   Vec3 at;
@@ -96,7 +96,7 @@ const Place kPlaces[] = {{0, {0.05f, -0.03f, 0.35f}, 1.30f, 0.0f},  {1, {-1.75f,
                          {3, {-3.6f, 0.0f, -3.2f}, 1.05f, 0.05f},   {1, {3.9f, 0.0f, -3.4f}, 1.15f, -0.08f},
                          {2, {-0.9f, 0.0f, -3.9f}, 0.95f, 0.12f},   {0, {-1.75f, 0.0f, 2.75f}, 0.55f, -0.25f}};
 
-// One mesh for each look.
+// Makes one mesh for each look.
 std::vector<int> add_shells(Asset& asset, int scale_heights) {
   const Geometry shape = egg();
   const EggLook looks[] = {{{0.10f, 0.30f, 0.33f}, {0.30f, 0.85f, 0.72f}, 0.35f, 0.30f},
@@ -134,7 +134,7 @@ void add_ground(Asset& asset, int cobbles) {
                                           asset.add_material(displaced(stone, cobbles, Vec2(5, 4), 0.20f, -0.12f)))}});
 }
 
-// The node of the one in the middle.
+// Returns the node of the middle egg.
 int add_eggs(Asset& asset, const std::vector<int>& meshes) {
   int first_egg = -1;
   for (const Place& p : kPlaces) {
@@ -149,7 +149,7 @@ int add_eggs(Asset& asset, const std::vector<int>& meshes) {
   return first_egg;
 }
 
-// What moves: seconds, and where things are at them.
+// Motions: times in seconds, and the places at these times.
 struct Motions {
   std::vector<float> times;
   std::vector<glm::quat> rocking, spin;

@@ -13,10 +13,10 @@ namespace {
 constexpr float kWallScale = 0.5f, kTrimScale = 0.4f;
 constexpr int kDoorTile = 6, kShopTile = 7;
 
-// What is open in the wall: cells [column0, column1) x [row0, row1) of its grid.
+// An opening in the wall: cells [column0, column1) x [row0, row1) of its grid.
 struct Opening {
   std::size_t column0, column1, row0, row1;
-  int tile;  // of the atlas of panes
+  int tile;  // tile in the atlas of panes
 };
 
 // The wall's grid of patches, its lines along edges of windows, doors and floors.
@@ -105,7 +105,7 @@ void add_pane(Geometry& g, const WallGrid& grid, const Opening& o, float recess)
   constexpr float kBehind = 0.03f;
   const float x0 = grid.x[o.column0] - kBehind, x1 = grid.x[o.column1] + kBehind, y0 = grid.y[o.row0] - kBehind,
               y1 = grid.y[o.row1] + kBehind, z = -recess;
-  // Not quite to the tile's border, where filters reach over.
+  // Slightly inside the tile's border, as filters read beyond it.
   const Vec2 low = Vec2(static_cast<float>(o.tile % 4), static_cast<float>(o.tile / 4)) / Vec2(4, 2) + 0.004f,
              high = low + Vec2(0.25f, 0.5f) - 0.008f;
   add_patch(g, {{{{x0, y0, z}, {low.x, high.y}, Vec3(0.9f)},

@@ -6,18 +6,17 @@
 
 namespace tessera::captures {
 
-// Materials that buildings are made of. Walls and slates are displaced; `panes` is an atlas of 4 x 2 windows and doors,
-// displaced by their frames.
+// Materials of buildings. Walls and slates are displaced; `panes` is an atlas of 4 x 2 windows and doors, displaced by their frames.
 struct FacadeMaterials {
   int wall, side, trim, panes, slate, awning;
 };
 
-// A terraced building of so many bays and floors above its ground floor. Lengths in metres.
+// A terraced building with a number of bays, and of floors above its ground floor. Lengths are in metres.
 struct FacadeStyle {
   int bays, floors;
   float bay, floor, ground;
   float window_width, window_height, sill;  // the sill's height above its floor
-  float recess;                             // of panes behind the wall
+  float recess;                             // depth of panes behind the wall
   float depth;
   int door;      // bay of the door
   bool shop;     // a shop window with an awning beside the door

@@ -122,7 +122,7 @@ void add_garden_ground(Asset& asset, const GardenMaterials& m, const Shades& sha
       add_patch(g, {corner(lines[c], z, scale, tone), corner(lines[c + 1], z, scale, tone),
                     corner(lines[c], z - 0.75f, scale, tone), corner(lines[c + 1], z - 0.75f, scale, tone)});
     }
-  // Stones along the path hide where displaced surfaces part.
+  // Stones along the path hide the gaps between displaced surfaces.
   Geometry stone;
   add_box(stone, {-0.07f, -0.05f, -0.17f}, {0.07f, 0.09f, 0.17f}, kNoBottom, 1.5f, Vec3(0.8f));
   Asset::Instances edging;
@@ -181,7 +181,7 @@ void add_hedges(Asset& asset, const GardenMaterials& m, Shades& shades, Shadows 
   asset.add_instances("tall hedge", mesh, tall);
 }
 
-// The seconds at which everything that moves in the wind has keys: at each of 24 frames, or at every second one of 62.
+// Times in seconds of the keys for all motion in the wind: at each of 24 frames, or at every second one of 62.
 std::vector<float> wind_times(Shadows shadows) {
   const bool cast = shadows == Shadows::kCast;
   std::vector<float> times;
@@ -189,10 +189,10 @@ std::vector<float> wind_times(Shadows shadows) {
   return times;
 }
 
-// What a tree or shrub consists of, and the skin that the wind moves it with.
+// Parts of a tree or shrub, and the skin by which the wind moves it.
 struct Plant {
   int crown;
-  Vec3 middle;  // of the crown above the root
+  Vec3 middle;  // of the crown, relative to the root
   int joints;
   float speed, swing;
 };
@@ -256,7 +256,7 @@ void add_trees(Asset& asset, const GardenMaterials& m, Shades& shades, Shadows s
     shades.crowns.push_back({p.at + tree.middle * p.size, Vec3(1.45f, 1.15f, 1.45f) * p.size});
     ++seed;
   }
-  // Woods behind the hedge; they are too far away to be seen to move.
+  // Woods behind the hedge do not move: they are far away.
   Asset::Instances woods;
   for (std::uint32_t k = 0; k < 30; ++k)
     woods.add({-23.0f + 3.2f * static_cast<float>(k % 15) + 2.0f * random_unit(k, 31), 2.6f + 2.2f * random_unit(k, 32),
@@ -278,7 +278,7 @@ void add_trees(Asset& asset, const GardenMaterials& m, Shades& shades, Shadows s
   }
 }
 
-// Instances of one mesh that share a breath of wind.
+// Adds instances of one mesh that sway together.
 void add_swaying(Asset& asset, const std::string& name, int mesh, const Asset::Instances& places, std::uint32_t seed,
                  Shadows shadows) {
   const int node = asset.add_instances(name, mesh, places);
@@ -387,8 +387,8 @@ void add_garden_view(Asset& asset, const std::vector<float>& times) {
                               {"environment", 0.6},        {"exposure", 1.05}};
 }
 
-// A dim blue night and eight spot lights, which all cast: four on posts beside the path, two that hang in trees and
-// swing, one below a tree, one that shows the basin. All are narrow enough for a single map.
+// Adds a dim blue night and eight spot lights, which all cast: four on posts beside the path, two that hang in trees
+// and swing, one below a tree, one towards the basin. All are narrow enough for a single map.
 void add_lamps_and_night(Asset& asset) {
   add_sky(asset, {"sky_night", {0.07f, 0.10f, 0.20f}, {0.16f, 0.20f, 0.32f}, {0.24f, 0.27f, 0.36f}, 0.7f});
   Lanterns lanterns(asset);
@@ -404,7 +404,7 @@ void add_lamps_and_night(Asset& asset) {
   casts(lanterns.add_from_below({-5.1f, 0.15f, -8.6f}, {-6.4f, 3.4f, -10.0f}, {110.0f, 30.0f, 45.0f}), 512);
   const Vec3 basin(path_middle(-13.2f), 1.0f, -13.2f);
   casts(lanterns.add_on_post(basin + Vec3(-1.5f, -1.0f, 2.0f), 2.3f, basin, {40.0f, 22.0f, 34.0f}), 512);
-  // The moon is too weak to show shadows.
+  // The moon is too weak to show shadows, so it casts none.
   add_sun(asset, {0.6f, Vec3(0.5f, 0.7f, 0.2f), {0.55, 0.70, 1.0}});
   json& settings = asset.capture_settings();
   settings["exposure"] = 1.3;

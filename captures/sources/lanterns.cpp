@@ -11,7 +11,7 @@ using nlohmann::json;
 
 constexpr float kDegree = kPi / 180.0f;
 
-// The rotation that turns -z, along which a light shines, towards `way`. Ways straight up or down are turned about +x.
+// The rotation that turns -z, the direction of a light, towards `way`. For ways straight up or down it is about +x.
 glm::quat shining(Vec3 way) {
   const Vec3 back = -glm::normalize(way);
   const Vec3 side = std::abs(back.y) > 0.999f ? Vec3(1, 0, 0) : glm::normalize(glm::cross(Vec3(0, 1, 0), back));
@@ -32,8 +32,8 @@ Lanterns::Lanterns(Asset& asset) : asset_(asset) {
                 asset.add_material({{"emissiveFactor", {1.0, 0.72, 0.38}},
                                     {"extensions", {{"KHR_materials_emissive_strength", {{"emissiveStrength", 3.0}}}}},
                                     {"pbrMetallicRoughness", {{"baseColorFactor", {0.0, 0.0, 0.0, 1.0}}}}});
-  // The lantern's axis is +y here and a node turns it to +z, away from where the light shines. The light itself is at the
-  // origin, at the shade's mouth and in front of the bulb: neither lies in its beam.
+  // The lantern's axis is +y here, and a node turns it to +z, against the light's direction. The light itself is at
+  // the origin, at the shade's mouth and in front of the bulb: neither lies in its beam.
   const Geometry shade = revolve(
                      smooth_profile({{0.15f, 0.03f}, {0.11f, 0.10f}, {0.05f, 0.15f}, {0.02f, 0.20f}}, false, false)),
                  bulb = revolve(
@@ -87,7 +87,7 @@ int Lanterns::add_on_cord(Vec3 hook, float length, const Beam& beam, const std::
             lantern = add_shining({0, -length - 0.19f, 0}, {0, -length - 1.0f, 0}, light, false),
             cord = asset_.add_node({{"name", "cord"}, {"mesh", cord_}, {"scale", {1.0, length, 1.0}}}),
             pivot = asset_.add_node({{"name", "hook"}, {"translation", array_of(hook)}, {"children", {cord, lantern}}});
-  // A pendulum as long as that, which gusts push across.
+  // A pendulum of that length, which gusts push sideways.
   const float speed = std::sqrt(9.81f / (length + 0.2f));
   std::vector<glm::quat> swings;
   for (const float t : times)

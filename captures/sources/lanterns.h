@@ -4,7 +4,7 @@
 
 namespace tessera::captures {
 
-// Spot lights in tin shades, all of the same make; each is a light of its own.
+// Adds spot lights in tin shades of one shape; each is a light of its own.
 class Lanterns {
  public:
   explicit Lanterns(Asset& asset);
@@ -14,11 +14,11 @@ class Lanterns {
     float inner, outer;  // half angles in degrees
   };
 
-  // A lantern on a post `height` metres high that stands at `foot`, its arm and its beam towards `target`.
+  // Adds a lantern on a post `height` metres high at `foot`, with its arm and its beam towards `target`.
   int add_on_post(Vec3 foot, float height, Vec3 target, const Beam& beam);
-  // A lantern on a cord that hangs at `hook` and swings in the wind: the node's rotation has keys at `times`.
+  // Adds a lantern on a cord at `hook` that swings in the wind: the node's rotation has keys at `times`.
   int add_on_cord(Vec3 hook, float length, const Beam& beam, const std::vector<float>& times, float phase);
-  // A bare light near the ground that shines up at `target`.
+  // Adds a bare light near the ground that shines up at `target`.
   int add_from_below(Vec3 at, Vec3 target, const Beam& beam);
 
  private:

@@ -32,7 +32,7 @@ bool hides(const Block& b, Vec3 from, Vec3 direction) {
   return enter < leave;
 }
 
-// Length of the way through a crown, in units of its radii.
+// Length of a ray's path through a crown, in units of the crown's radii.
 float way_through(const Foliage& f, Vec3 from, Vec3 direction) {
   const Vec3 o = (from - f.middle) / f.radii, d = glm::normalize(direction / f.radii);
   const float along = glm::dot(o, d), reach = along * along - glm::dot(o, o) + 1.0f;

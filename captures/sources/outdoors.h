@@ -10,18 +10,18 @@ namespace tessera::captures {
 
 // The light of the captures under the open sky.
 
-// Shadows are baked into vertex colours, or lights cast them and vertex colours hold none.
+// Either shadows are baked into vertex colours, or lights cast them and vertex colours hold none.
 enum class Shadows { kBaked, kCast };
 
-inline const Vec3 kToSun{-0.38f, 0.85f, 0.45f};  // of a day with baked shadows; not normalised
+inline const Vec3 kToSun{-0.38f, 0.85f, 0.45f};  // towards the sun of a day with baked shadows; not normalised
 
 // Colours of the sky (sRGB). Its lower half repeats the horizon.
 struct Sky {
   std::string file = "sky";
   Vec3 zenith{0.27f, 0.47f, 0.78f}, horizon{0.72f, 0.83f, 0.93f}, clouds{1.0f, 1.0f, 1.01f};
-  float cover = 0.85f;  // of the clouds
+  float cover = 0.85f;  // cover of the sky by clouds
 };
-// An unlit dome around everything, with clouds.
+// Adds an unlit dome with clouds around the scene.
 void add_sky(Asset& asset, const Sky& sky = {});
 
 struct Sun {
@@ -29,7 +29,7 @@ struct Sun {
   Vec3 to_sun = kToSun;
   std::array<double, 3> color = {1.0, 0.93, 0.82};
 };
-// Returns the light's number.
+// Adds a sun and returns the light's number.
 int add_sun(Asset& asset, const Sun& sun);
 
 // A box that casts shadows.
@@ -45,14 +45,14 @@ struct Shades {
   std::vector<Foliage> crowns;
 };
 
-// Drops vertex colours where lights cast; for geometry whose colours hold nothing but baked light.
+// Drops vertex colours if lights cast shadows; for geometry whose colours hold only baked light.
 Geometry lit(Geometry geometry, Shadows shadows);
 std::vector<Part> lit(std::vector<Part> parts, Shadows shadows);
 
-// Share of the sun's disc, made larger, that a point sees.
+// Visible share of the sun's disc, which is enlarged, from a point.
 float sunlight(const Shades& shades, Vec3 at);
 
-// Keys of the camera's or another node's path: `eye` and `target` at `times`.
+// Adds keys for the path of a camera or another node: `eyes` and `targets` at `times`.
 void animate_look(Asset& asset, int node, const std::vector<float>& times, const std::vector<Vec3>& eyes,
                   const std::vector<Vec3>& targets);
 

@@ -95,7 +95,7 @@ Cell cells(float u, float v, int count_u, int count_v, float jitter, std::uint32
 }
 
 float scales(float u, float v) {
-  // A scale hangs from its middle and covers the one below; the highest of the candidates wins.
+  // A scale hangs from its middle and covers the scale below; the highest of the candidates wins.
   float best = 0.0f;
   for (int row = -1; row <= 3; ++row)
     for (int column = -1; column <= 1; ++column) {

@@ -8,7 +8,7 @@
 
 namespace tessera::captures {
 
-// Images made of formulas. Arguments run over [0,1)^2 with (0,0) the middle of the first texel; all patterns repeat.
+// Images from formulas. Arguments run over [0,1)^2, with (0,0) in the middle of the first texel; all patterns repeat.
 
 Image8 color_image(int width, int height, const std::function<Vec3(float, float)>& srgb);
 Image8 grey_image(int width, int height, const std::function<float(float, float)>& value);
@@ -28,8 +28,8 @@ Cell cells(float u, float v, int count_u, int count_v, float jitter, std::uint32
 // Overlapping scales: height in [0, 1], two rows of one scale each per period, offset by half.
 float scales(float u, float v);
 
-// Occlusion map of a flat ground [low, high] (x and -z) for things that stand on it: a soft blob at each, drawn out
-// away from the brightest light of the built-in environment.
+// Occlusion map of a flat ground [low, high] (x and -z) below objects: a soft blob for each, elongated away from the
+// brightest light of the built-in environment.
 struct Blob {
   Vec2 at;
   float radius;

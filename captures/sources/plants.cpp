@@ -25,7 +25,7 @@ Vec3 any_direction(std::uint32_t seed, std::uint32_t number, std::uint32_t which
 
 struct LeafShape {
   Vec2 at;
-  float angle, length, width;  // from the stem's direction
+  float angle, length, width;  // relative to the stem's direction
 };
 
 std::vector<LeafShape> sprig_leaves(int tile) {
@@ -46,14 +46,14 @@ std::vector<LeafShape> sprig_leaves(int tile) {
   return leaves;
 }
 
-// The bend of things in the wind: how far the tip of plant `number` goes with each morph target.
+// Sway of plants in the wind: displacement of the tip of plant `number` by each morph target.
 std::array<Vec3, 2> sway(std::uint32_t seed, std::uint32_t number, float reach) {
   const float around = kFullTurn * chance(seed, number, 41), far = reach * (0.5f + chance(seed, number, 42));
   const Vec3 wind(far, -0.15f * far, 0.25f * far * std::sin(around));
   return {wind, Vec3(std::cos(around), 0.0f, std::sin(around)) * (0.6f * far)};
 }
 
-// Moves control points [first, end) by (height of the rest pose over the ground / height) squared of `tips`.
+// Moves control points [first, end) by `tips` times (height of the rest pose over the ground / height) squared.
 void add_sway(Geometry& g, std::size_t first, const std::array<Vec3, 2>& tips, float height) {
   g.morphs.resize(2);
   for (std::size_t k = first; k < g.positions.size(); ++k) {
@@ -62,7 +62,7 @@ void add_sway(Geometry& g, std::size_t first, const std::array<Vec3, 2>& tips, f
   }
 }
 
-// A narrow bent patch from `root` to `tip`, `out` its way at the root.
+// A narrow bent patch from `root` to `tip`; `out` is its direction at the root.
 void add_ribbon(Geometry& g, Vec3 root, Vec3 out, Vec3 tip, Vec3 across, float width, float pointed, Vec3 low,
                 Vec3 high) {
   std::array<Vec3, 16> points;

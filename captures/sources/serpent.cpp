@@ -18,7 +18,7 @@ float radius_at(float s) {  // s from the snout to the tail
          0.004f;
 }
 
-// A tube along -x, a little flattened, a fin along its back.
+// A tube along -x, slightly flattened, with a fin along its back.
 Geometry body() {
   Geometry g = mesh_of(
       [](float u, float v) {

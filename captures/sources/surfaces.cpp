@@ -8,7 +8,7 @@ namespace tessera::captures {
 namespace {
 
 // Control points are multiples of 1/kGrid metres. Corners lie on a grid four times as coarse: thirds between them are
-// never halfway between two points of the fine one, so rounding errors do not part edges.
+// never halfway between two points of the fine one, so rounding errors do not open edges.
 constexpr float kGrid = 4096.0f;
 
 // Two triangles per cell of the 4x4 control cage.

@@ -26,8 +26,8 @@ Geometry revolve(const std::vector<ProfileSegment>& profile);
 // Flat rectangle in the xz plane, facing +y, of nx x nz bilinear patches; texture coordinates 0..1.
 Geometry ground(Vec2 low, Vec2 high, int nx, int nz);
 
-// Triangle mesh of a function over [0,1]^2, (nu+1) x (nv+1) vertices with normals from differences; at poles, where
-// those vanish, the direction from the origin.
+// Triangle mesh of a function over [0,1]^2, (nu+1) x (nv+1) vertices with normals from differences. At poles, where
+// the differences vanish, the normal is the direction from the origin.
 Geometry mesh_of(const std::function<Vec3(float, float)>& surface, int nu, int nv);
 
 // A corner of a bilinear patch; `light` is a factor of the base colour.
@@ -37,21 +37,21 @@ struct Corner {
   Vec3 light{1.0f};
 };
 
-// Appends a bilinear patch with corners at (u, v) = (0, 0), (1, 0), (0, 1), (1, 1); its front is where u x v points.
-// Control points lie on a grid, so that patches with two corners in common share the edge.
+// Appends a bilinear patch with corners at (u, v) = (0, 0), (1, 0), (0, 1), (1, 1); its front faces along u x v.
+// Control points lie on a grid, so that patches with two common corners share the edge.
 void add_patch(Geometry& g, const std::array<Corner, 4>& corners);
-// The same with 16 control points, u running fastest; corners give texture coordinates and light only. The
-// cage of a patch that bends across u is fine, that of others three quads.
+// The same with 16 control points, u running fastest; corners give texture coordinates and light only. The cage of a
+// patch that bends across u is fine, the cage of other patches has three quads.
 void add_patch(Geometry& g, const std::array<Vec3, 16>& points, const std::array<Corner, 4>& corners, bool fine_cage);
 
-// nu x nv patches through a function over [0,1]^2; `light` of each patch's middle.
+// nu x nv patches through a function over [0,1]^2; `light` is evaluated at the middle of each patch.
 Geometry patches_of(const std::function<Vec3(float, float)>& surface, int nu, int nv,
                     const std::function<Vec3(float, float)>& light);
 
-// Appends patches with texture coordinates and colours to others.
+// Appends patches with texture coordinates and colours to `to`.
 void append(Geometry& to, const Geometry& patches);
 
-// Appends faces of an axis-parallel box as patches: bit 2 * axis + 1 of `faces` is the face of the larger coordinate.
+// Appends faces of an axis-parallel box as patches: bit 2 * axis + 1 of `faces` is the face at the larger coordinate.
 // Texture coordinates are metres times `scale`.
 inline constexpr unsigned kAllFaces = 63, kNoBottom = 63 & ~4u, kNoBack = 63 & ~16u;
 void add_box(Geometry& g, Vec3 low, Vec3 high, unsigned faces, float scale, Vec3 light = Vec3(1.0f));

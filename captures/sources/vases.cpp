@@ -47,7 +47,7 @@ Image8 planks() {
   });
 }
 
-// A table with things on it, and the sun.
+// Adds a table with objects on it, and the sun.
 void add_table(Asset& asset) {
   const auto add = [&](const Geometry& g, json material, Vec3 at, float size, float turn = 0) {
     const glm::quat rotation = glm::angleAxis(turn, Vec3(0, 1, 0));

@@ -10,12 +10,12 @@ namespace {
 
 using nlohmann::json;
 
-// Patches are squares with sides of kPatch; at 360 rows they are 60 pixels wide. All layers swing in depth by the same
-// sine, kWave long.
+// Patches are squares with sides of kPatch; at 360 rows they are 60 pixels wide. The depth of all layers follows the
+// same sine, whose length is kWave.
 constexpr float kPatch = 1.0f, kWave = 6.0f, kSwing = 0.5f, kDistance = 10.0f, kRows = 6.0f;
 constexpr int kAcross = 18, kUp = 8;
 
-// One layer, facing +z: wider than the view by a wave, so that it covers the view wherever in its wave it begins.
+// One layer, facing +z. It is wider than the view by a wave, so that it covers the view at any phase.
 Geometry layer() {
   return patches_of(
       [](float u, float v) {
@@ -54,8 +54,7 @@ json wall_material(Asset& asset, const std::string& name, bool attributes) {
   return displaced(material, heights, repeat, 0.12f, -0.06f);
 }
 
-// The layers' common node stands still in frame 0 and moves by 8 and 32 pixels of 360 rows while the shutter of frames 1
-// and 2 is open.
+// The layers' common node rests in frame 0 and moves by 8 and 32 pixels of 360 rows while the shutter of frames 1 and 2 is open.
 void add_motion(Asset& asset, int node) {
   constexpr float kFrame = 1.0f / 24.0f, kPixel = kRows / 360.0f;
   const Vec3 along = glm::normalize(Vec3(2.0f, 1.0f, 0.0f));
@@ -77,8 +76,8 @@ void make_wall(const std::filesystem::path& folder, int layers, bool attributes)
   Geometry shape = layer();
   if (!attributes) shape.colors.clear();
   const int mesh = asset.add_mesh(shape, asset.add_material(wall_material(asset, name, attributes)));
-  // Each begins elsewhere in the wave: it is the nearest over its share of the view, and behind others elsewhere. No two
-  // have their seams in the same places.
+  // Each layer begins at another phase: it is the nearest in its share of the view, and behind others elsewhere. No
+  // two layers have their seams at the same places.
   std::vector<int> children;
   for (int k = 0; k < layers; ++k) {
     const float share = static_cast<float>(k) / static_cast<float>(layers),

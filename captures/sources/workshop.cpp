@@ -60,8 +60,7 @@ void add(Asset& asset, const char* name, const Stand& place, json procedure) {
                   {"extensions", {{"TESSERA_procedure", std::move(procedure)}}}});
 }
 
-// An ear of a jug or cup: a tube swept along a curve in a vertical plane. (x, y) of the plane; starts and ends inside
-// the wall.
+// The handle of a jug or cup: a tube swept along a curve in a vertical plane with coordinates (x, y); it starts and ends inside the wall.
 void add_handle(Asset& asset, const Stand& place, const json& path, float radius, const json& texture,
                 const json& shading, int material) {
   // The shape's path lies in its xz plane: z becomes up.

@@ -11,7 +11,7 @@
 namespace tessera::frontend {
 namespace {
 
-// Largest factor by which a matrix lengthens: sqrt of the largest row sum of L^T L, exact where its columns are
+// Largest factor by which a matrix lengthens a vector: sqrt of the largest row sum of L^T L; exact if its columns are
 // orthogonal.
 double largest_stretch(const DMat4& m) {
   const DMat3 l(m), square = glm::transpose(l) * l;
@@ -43,7 +43,7 @@ double longest(const Box3& a) {
                    a.z.magnitude() * a.z.magnitude());
 }
 
-// Where a matrix takes a box of vectors in one frame, in another.
+// A matrix applied to a box of vectors given in the frame `from`; the result is a box in the frame `to`.
 Box3 carried(const DMat4& m, const Frame& from, const Box3& box, const Frame& to) {
   const DMat3 linear(m);
   const auto along = [&](const DVec3& axis) {
@@ -69,7 +69,8 @@ Box3 control_steps(const PatchNet& net, bool along_u, const Frame& axes) {
   return {side(0), side(1), side(2)};
 }
 
-// Change of the height along u and v, per unit of the base patch's parameters, and what rounding may add to a height.
+// Change of the height along u and v, per unit of the base patch's parameters, and the error that rounding may add to a
+// height.
 struct HeightSteps {
   Interval u, v;
   double error;
@@ -162,19 +163,19 @@ std::optional<NormalTurn> normal_turn(const PatchNet& net, const CornerFrame& fr
 
 }  // namespace
 
-// What triangles' edges may be, in a frame of camera space, per unit of the base patch's parameters but for the steps of
-// the grid.
+// Bounds of the edges of triangles, in a frame of camera space, per unit of the base patch's parameters; the steps of
+// the grid are kept apart.
 struct BackFaceTest::Chords {
   Frame axes;
   Box3 u, v;    // without steps of heights
-  Box3 normal;  // what steps of heights go along
+  Box3 normal;  // directions along which heights step
   Interval steps_u{0.0}, steps_v{0.0};
   Interval scale_u{1.0}, scale_v{1.0};  // positive, of all of the above in a direction
   double step_u = 1, step_v = 1;        // of the grid
   double longest_u = 0, longest_v = 0;
   double vertex_error = 0;  // of any vertex's place
 
-  // Of all triangles, for one cell of the grid, up to factors of 1 and more.
+  // Bounds of all triangles' cross products, for one cell of the grid, up to factors of 1 and more.
   Box3 cross_products() const {
     const Box3 product = cross(u, v) + scaled(cross(u, normal), steps_v) + scaled(cross(normal, v), steps_u);
     return scaled(product, Interval(step_u * scale_u.low()) * Interval(step_v * scale_v.low()));
@@ -223,7 +224,7 @@ bool BackFaceTest::faces_away_at_middle(const SubPatchBounder& bounder, const Co
   return turned * glm::dot(glm::cross(turn * guess.tangent_u, turn * guess.tangent_v), middle) > 0;
 }
 
-// Adds what displacement does to the chords.
+// Adds the effect of displacement to the chords.
 bool BackFaceTest::displace(const SubPatchBounder& bounder, const PyramidLibrary& pyramids,
                             const scene::CellRange& cells, Chords& chords) const {
   const auto object = bounder.nets();
@@ -254,7 +255,7 @@ bool BackFaceTest::displace(const SubPatchBounder& bounder, const PyramidLibrary
   for (std::size_t key = 0; key < 2; ++key) {
     const NormalTurn& turn = turns[std::min(key, object.size() - 1)];
     const Box3 normal = carried(to_camera_[key], frame.axes, turn.normals, chords.axes);
-    // The surface at a height: its chords along u are those of the patch times 1 + h u_of_u, and some of those along v.
+    // At a height h the chords along u are the patch's chords times 1 + h u_of_u, plus a share of the chords along v.
     const Interval scale_u = Interval(1.0) + reach * turn.u_of_u, scale_v = Interval(1.0) + reach * turn.v_of_v;
     const Interval other_u = reach * turn.v_of_u / grid, other_v = reach * turn.u_of_v * grid;
     const auto join = [&](Interval& to, const Interval& from) { to = key == 0 ? from : hull(to, from); };
@@ -358,13 +359,13 @@ bool BackFaceTest::culls(const SubPatchBounder& bounder, const PyramidLibrary& p
                            component(chords->axes[2]) * product.z;
     least = std::min(least, along.low());
   }
-  // Seen from any point of the lens, and from the vertex where it is.
+  // The vertex itself may lie off by its error, and the eye may be any point of the lens.
   const double shift = longest(product) * (aperture + stretch_ * chords->vertex_error + 1e-12 * camera.longest);
   least -= shift;
   if (!(least > 0)) return false;
-  // Twice a triangle's area on screen against what snapping (half a sub-pixel and diagonal) and the float rounding of
-  // screen positions, together below two sub-pixels a vertex, can change it by. Projection divides by the depth of each
-  // vertex.
+  // Compares twice a triangle's area on screen with the change that snapping (half a sub-pixel and diagonal) and the
+  // float rounding of screen positions can cause, together below two sub-pixels a vertex. Projection divides by the
+  // depth of each vertex.
   const double snap = 2.0 / static_cast<double>(frame_.request.subpixels());
   const double area = p.scale * p.scale * least / (camera.far_w * camera.far_w * camera.far_w);
   const double edges =

@@ -4,31 +4,32 @@
 
 namespace tessera::frontend {
 
-// Proves that no triangle of a sub-patch can face the camera, whatever the time, the lens point and the rounding of
+// Proves that no triangle of a sub-patch can face the camera, at any time, from any lens point and for any rounding of
 // its vertices, so that the sub-patch need not be binned.
 //
 // Every triangle's normal is the cross product of a chord along u and one along v that share a vertex. From a vertex at
 // p + n h to one at p' + n' h' a chord is (p' - p) + (n' - n) h' + n (h' - h): a change of place, the normal's turn, and
-// a step of the heights along the normal that both chords share. With A and B for what is not a step of heights, a and b
-// for the steps, the cross product is A x B + b (A x n) + a (n x B). Each enters as a box in the frame of the corners:
-// p' - p as that of the control vectors, n as that of its cone, a and b by the slopes of the filtered heights over the
-// footprint. What the vertices of other patches and rounding add widens A, B, a and b. The box of the cross products must
-// see the back from the whole lens, at every corner of the moving box and hence everywhere in it, steeply enough that
+// a step of the heights along the normal that both chords share. Let A and B be the parts that are no step of heights,
+// and a and b the steps; the cross product is then A x B + b (A x n) + a (n x B). Each enters as a box in the frame of
+// the corners: p' - p from the control vectors, n from its cone, a and b from the slopes of the filtered heights over
+// the footprint. Vertices of other patches and rounding widen A, B, a and b. The box of the cross products must show
+// its back to the whole lens, at every corner of the moving box and hence everywhere in it, steeply enough that
 // snapping vertices to the sub-pixel grid cannot turn a triangle over.
 //
-// Of a cluster that rests, cluster_faces_away() decides, as a whole.
+// For a cluster at rest, cluster_faces_away() decides, as a whole.
 //
-// Not decided, and so kept: double-sided materials, clusters that deform, boxes that cross the near plane, and displaced
-// sub-patches that touch a collapsed edge or vertices of patches with other normals or texture coordinates.
+// These are not decided, and so kept: double-sided materials, clusters that deform, boxes that cross the near plane,
+// and displaced sub-patches that touch a collapsed edge or vertices of patches with other normals or texture
+// coordinates.
 class BackFaceTest {
  public:
-  // `fetches`, unless null, gets every entry of a table that is read.
+  // `fetches`, unless null, gets every table entry that is read.
   explicit BackFaceTest(const scene::FrameGeometry& frame, HeightTableCache* fetches = nullptr)
       : frame_(frame), fetches_(fetches) {}
 
   void begin(std::uint32_t patch);
 
-  // For the cells whose box() the bounder made last; `corners` are those of that box.
+  // Tests the cells whose box() the bounder made last; `corners` are the corners of that box.
   bool culls(const SubPatchBounder& bounder, const PyramidLibrary& pyramids, const scene::CellRange& cells,
              const MovingCorners& corners) const;
 
@@ -47,7 +48,7 @@ class BackFaceTest {
   HeightTableCache* fetches_;
   std::uint32_t patch_ = 0;
   bool applies_ = false;
-  const scene::ClusterBound* cluster_ = nullptr;  // where the patch is a cluster that may be culled
+  const scene::ClusterBound* cluster_ = nullptr;  // null unless the patch is a cluster that may be culled
   std::array<DMat4, 2> to_camera_;
   double stretch_ = 1;  // largest factor by which to_camera_ lengthens a vector
 };

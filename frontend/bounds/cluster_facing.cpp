@@ -8,7 +8,8 @@
 namespace tessera::frontend {
 namespace {
 
-// Columns: the linear part of what takes object space to camera space, as the machine's matrix to raster space has it.
+// The linear part of the transformation from object space to camera space, by columns, recovered from the machine's
+// matrix to raster space.
 DMat3 to_camera(const Mat4& to_raster, const scene::Projection& p) {
   DMat3 linear;
   for (int column = 0; column < 3; ++column) {
@@ -19,10 +20,10 @@ DMat3 to_camera(const Mat4& to_raster, const scene::Projection& p) {
   return linear;
 }
 
-// Takes cross products of vectors to those of what the matrix makes of them.
+// The matrix that takes the cross product of two vectors to the cross product of their images under `m`.
 DMat3 cofactors(const DMat3& m) { return {glm::cross(m[1], m[2]), glm::cross(m[2], m[0]), glm::cross(m[0], m[1])}; }
 
-// No less than the factor by which a matrix lengthens any vector.
+// At least the factor by which a matrix lengthens any vector.
 double largest_factor(const DMat3& m) {
   const DMat3 square = glm::transpose(m) * m;
   double largest = 0;
@@ -111,8 +112,9 @@ bool cluster_faces_away(const scene::FrameGeometry& frame, const scene::PosedDra
     if (!(least > 0)) return false;
   }
 
-  // Twice the area on screen of a triangle of cross product N and edges S (scene/cluster_bounds.h) against what rounding
-  // and snapping change: |N| area > S rounding + fixed, for the least |N| / S and S. A vertex that hardly moves stays.
+  // Compares twice the area on screen of a triangle of cross product N and edges S (scene/cluster_bounds.h) with the
+  // change by rounding and snapping: |N| area > S rounding + fixed, for the least |N| / S and S. A vertex that hardly
+  // moves counts as at rest.
   const double snap = 2.0 / static_cast<double>(frame.request.subpixels()) +
                       (drawable.moving ? static_cast<double>(scene::kStillPixels) : 0.0);
   const double scale2 = p.scale * p.scale, far3 = far_w * far_w * far_w, near2 = near_w * near_w;

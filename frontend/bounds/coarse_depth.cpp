@@ -28,7 +28,7 @@ IntRect touched(double x0, double y0, double x1, double y1, int side, const IntR
 void splat(const CoarseDepth& previous, const DMat4& to_raster, int column, int row, CoarseDepth& out) {
   const scene::Projection& from = previous.projection;
   const DepthCode code = previous.at(column, row);
-  // What is infinitely far keeps its direction; a depth beyond every scene stands for it.
+  // An empty block is infinitely far and keeps its direction; a depth beyond every scene stands for it.
   const bool nothing = code == kNothingSeen;
   const double depth = nothing ? 1e12 * std::max(from.near, 1e-6) : static_cast<double>(depth_of(code));
   double x0 = 1e300, y0 = 1e300, x1 = -1e300, y1 = -1e300, farthest = 0;

@@ -7,13 +7,14 @@
 
 namespace tessera::frontend {
 
-// A `Real` that bounds what a stage computes over a box of its parameters: instantiate the stage with it and read the
-// bounds off the result. Works for any stage written over Real, by hand-made bounds or without.
+// A `Real` that bounds the results of a stage over a box of its parameters: instantiate the stage with it and read the
+// bounds off the result. It works for every stage written over Real, with or without hand-made bounds.
 //
-// Carried along: the range over the box, the value at its middle, the derivatives' ranges by both parameters (each
-// scaled to [-1, 1]), and how far the machine's single-precision result may be from the exact one. The range is what
-// interval arithmetic gives, cut with the mean value theorem's: middle + derivative * [-1, 1]. The first ignores that
-// two uses of a parameter vary together, by an error that shrinks with the box; the second's shrinks with its square.
+// It carries the range over the box, the value at its middle, the ranges of the derivatives by both parameters (each
+// scaled to [-1, 1]), and the largest distance of the machine's single-precision result from the exact one. The range
+// is the result of interval arithmetic, intersected with the mean value theorem's, middle + derivative * [-1, 1].
+// Interval arithmetic ignores that two uses of a parameter vary together; its error shrinks with the box, the mean
+// value theorem's with the square of the box.
 class Enclosure {
  public:
   Enclosure() = default;
@@ -37,13 +38,13 @@ class Enclosure {
   static Enclosure second_parameter(double low, double high) {
     return {Interval(low, high), (low + high) / 2, 0.0, (high - low) / 2, 0};
   }
-  // A value of which nothing but its range is known, and that does not vary with the parameters in a known way.
+  // A value known only by its range; its dependence on the parameters is unknown.
   static Enclosure anything_in(double low, double high) {
     const double half = (high - low) / 2;
     return {Interval(low, high), Interval(low, high), Interval(-half, half), 0.0, 0};
   }
 
-  // The same value, computed less exactly than its operations tell.
+  // The same value, computed less exactly than its operations suggest.
   Enclosure with_error(double more) const { return {range_, middle_, by_s_, by_t_, error_ + more}; }
 
   const Interval& range() const { return range_; }
@@ -94,7 +95,7 @@ inline Enclosure real_sqrt(const Enclosure& a) {
   const double error = least > 0 ? a.error() / (2 * std::sqrt(least)) : std::numeric_limits<double>::infinity();
   return {range, square_root(a.middle()), a.by_s() / twice, a.by_t() / twice, error * 1.001 + rounding_of(range)};
 }
-// One of the two where that is certain; else anything between, with slopes of either.
+// One of the two if it is certain; otherwise any value between, with the slopes of either.
 inline Enclosure real_max(const Enclosure& a, const Enclosure& b) {
   if (a.low() >= b.high()) return a;
   if (b.low() >= a.high()) return b;

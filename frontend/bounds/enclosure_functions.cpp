@@ -46,7 +46,7 @@ NoiseRange noise_in_lattice_cell(double column, double row, const Interval& x, c
   return {both(n.value, Interval(-1.001, 1.001)), both(n.by_x, slope), both(n.by_y, slope)};
 }
 
-// What the value may be around a point of the parameters' box.
+// The noise at any point of the parameters' box.
 Enclosure composed(const NoiseRange& whole, const Interval& middle, const Enclosure& x, const Enclosure& y,
                    double own_error) {
   const double error = whole.by_x.magnitude() * x.error() + whole.by_y.magnitude() * y.error() + own_error;

@@ -4,15 +4,16 @@
 
 namespace tessera::frontend {
 
-// What shapes of procedures (shaders_cpp/procedures) ask of Enclosure besides arithmetic. Each holds the float
-// function's result for all float arguments inside the argument's bounds.
+// The functions besides arithmetic that shapes of procedures (shaders_cpp/procedures) call on Enclosure. Each result
+// holds the float function's result for all float arguments inside the argument's bounds.
 
-// Within 2^-21 of the truth, as sincos_by_series is, besides what the argument's error does.
+// Exact within 2^-21, as sincos_by_series, apart from the argument's error.
 void real_sincos_turns(const Enclosure& turns, Enclosure& sine, Enclosure& cosine);
 
-// Constant where it is certain; else its slopes are unknown.
+// Constant if it is certain; otherwise its slopes are unknown.
 Enclosure real_floor(const Enclosure& a);
-// Of x and y the one that is certain; else any of both, with unknown slopes: they may differ where a and b meet.
+// x or y if the comparison is certain; otherwise the hull of both with unknown slopes: they may differ where a and b
+// meet.
 Enclosure select_less(const Enclosure& a, const Enclosure& b, const Enclosure& x, const Enclosure& y);
 
 Enclosure plane_noise(const Enclosure& x, const Enclosure& y);

@@ -1,5 +1,5 @@
-// Vertices on shared edges and corners, which the patches that own them evaluate: how far they may be from where a
-// patch's own evaluation would put them.
+// Vertices on shared edges and corners, which the patches that own them evaluate: their largest distance from the place
+// where a patch's own evaluation would put them.
 #include <algorithm>
 #include <cmath>
 
@@ -33,7 +33,8 @@ std::optional<double> SubPatchBounder::height_error(const ForeignEdge& edge, std
   const Vec2 from = own.corner[kEdgeCorners[e].first], to = own.corner[kEdgeCorners[e].last];
   const Vec2 first = from - owner.corner[at.first], last = to - owner.corner[at.last];
   const Vec2 turns(periods(sampler.wrap_s, first.x), periods(sampler.wrap_t, first.y));
-  // Where both read the same place this is rounding alone; the way between the two lies in the box that is looked up.
+  // Where both patches read the same place this is rounding alone; the box of the lookup holds the segment between the
+  // two places.
   const Vec2 apart = glm::max(glm::abs(first - turns), glm::abs(last - turns)) +
                      kCoordinateRounding * (glm::abs(turns) + glm::max(glm::abs(from), glm::abs(to)));
   if (!(apart.x < 0.01f && apart.y < 0.01f)) return std::nullopt;

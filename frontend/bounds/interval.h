@@ -6,8 +6,8 @@
 
 namespace tessera::frontend {
 
-// A closed interval of reals. Operations give every value that they have on any members; endpoints are doubles that
-// move outwards by more than they round. NaN becomes the whole line.
+// A closed interval of reals. An operation's result holds its value for all members of its operands; endpoints are
+// doubles that move outwards by more than they round. NaN becomes the whole line.
 class Interval {
  public:
   Interval() = default;
@@ -22,7 +22,7 @@ class Interval {
   static Interval everything() {
     return {-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
   }
-  // The exact range of an operation, widened by its rounding; by no less than what products of it keep away from
+  // The exact range of an operation, widened by its rounding and by at least 1e-80, which keeps products away from
   // denormals.
   static Interval rounded(double low, double high) {
     if (std::isnan(low) || std::isnan(high)) return everything();
@@ -49,7 +49,7 @@ inline Interval operator/(const Interval& a, const Interval& b) {
   if (!(b.low() > 0 || b.high() < 0)) return Interval::everything();
   return a * Interval::rounded(1 / b.high(), 1 / b.low());
 }
-// Everything when a member is negative.
+// The whole line when a member is negative.
 inline Interval square_root(const Interval& a) {
   if (!(a.low() >= 0)) return Interval::everything();
   return Interval::rounded(std::sqrt(a.low()), std::sqrt(a.high()));
@@ -62,7 +62,7 @@ inline Interval absolute(const Interval& a) {
 inline Interval hull(const Interval& a, const Interval& b) {
   return {std::min(a.low(), b.low()), std::max(a.high(), b.high())};
 }
-// Of two intervals that both hold the value.
+// Intersection of two intervals that both hold the value.
 inline Interval both(const Interval& a, const Interval& b) {
   return {std::max(a.low(), b.low()), std::min(a.high(), b.high())};
 }

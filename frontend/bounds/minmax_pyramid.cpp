@@ -70,8 +70,8 @@ Pieces wrapped_pieces(shaders::Wrap wrap, double low, double high, int size) {
   return pieces;
 }
 
-// What the rounding of a coordinate's own float arithmetic may add, in texels: a few units in the last place of it and
-// of its products.
+// Largest effect of the rounding of a coordinate's own float arithmetic, in texels: a few units in the last place of it
+// and of its products.
 double coordinate_slack(double from, double to, int size) {
   return 0x1p-20 * size * (1 + std::abs(from) + std::abs(to)) + 0x1p-10;
 }
@@ -94,7 +94,7 @@ bool inner_texels(shaders::Wrap wrap, float a, float b, int size, int& first, in
   return true;
 }
 
-// To [0, 1], but NaN and infinities stay what they are.
+// Clamps to [0, 1]; NaN and infinities stay.
 float clamp_finite(float x) { return std::isfinite(x) ? std::clamp(x, 0.0f, 1.0f) : x; }
 
 // A filtered value is a convex combination of texels up to rounding: 4 + 4 products and sums per level and 3 between
@@ -153,7 +153,7 @@ WindowTable differences(const shaders::ScalarTexture::Level& level, int step_x, 
   });
 }
 
-// Where lod lies between the levels: the finer of two, and the weight of the coarser.
+// The position of a lod between two levels: the finer level, and the weight of the coarser.
 struct BetweenLevels {
   std::size_t below;
   float weight;
@@ -189,7 +189,7 @@ void MinMaxPyramid::query(const shaders::Sampler& sampler, std::span<HeightLooku
   WindowPlaces places;
   places.s.repeats = sampler.wrap_s == shaders::Wrap::kRepeat;
   places.t.repeats = sampler.wrap_t == shaders::Wrap::kRepeat;
-  // Two places each, for both levels; those of a vector that are left over look nothing up.
+  // Each lookup takes two places, one for each level; unused lanes of a vector look nothing up.
   std::size_t count = 0;
   const auto add = [&](const HeightLookup& lookup, const WindowTable& level) {
     places.s.low[count] = lookup.low.x, places.s.high[count] = lookup.high.x;
@@ -274,8 +274,9 @@ std::uint64_t SlopePyramid::place(std::uint64_t address) {
 
 HeightSlopes SlopePyramid::of_level(const Level& level, const shaders::Sampler& sampler, Vec2 low, Vec2 high,
                                     HeightTableCache* fetches) {
-  // A lookup lies between a texel and the next, whose difference the first has. Mirroring turns differences round, to
-  // the texel on their other side; beyond the edge of a clamped texture, and at that of a mirrored one, all is level.
+  // A lookup lies between a texel and the next; the first texel's entry holds their difference. Mirroring turns
+  // differences round, to the texel on their other side. Beyond the edge of a clamped texture, and at the edge of a
+  // mirrored one, the slope is zero.
   const auto pieces = [](shaders::Wrap wrap, float a, float b, int size, bool along) {
     const double above = along && wrap == shaders::Wrap::kRepeat ? -0.5 : 0.5;
     return footprint_pieces(wrap, a, b, size, 0.5, above);

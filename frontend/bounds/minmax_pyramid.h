@@ -9,10 +9,10 @@
 
 namespace tessera::frontend {
 
-// Tables over the mip levels of a scalar texture. Queries take a box of texture coordinates; one that is not finite
+// Tables over the mip levels of a scalar texture. Queries take a box of texture coordinates; a box that is not finite
 // stands for the whole texture. `fetches`, unless null, gets every entry that is read.
 
-// One of several lookups; `fetched`, unless null, gets the addresses of the entries.
+// One of several lookups that are done together; `fetched`, unless null, gets the addresses of its entries.
 struct HeightLookup {
   Vec2 low{0.0f}, high{0.0f};
   float lod = 0;
@@ -20,9 +20,9 @@ struct HeightLookup {
   ValueRange heights{};
 };
 
-// Smallest and largest value over any footprint. Each mip level of the texture has a table of its own: one over level 0
-// would serve every level (coarser texels are means of finer ones), but what the coarser level averaged away would stay
-// in the bound.
+// Smallest and largest value over any footprint. Each mip level of the texture has its own table. A single table over
+// level 0 would be valid for every level (coarser texels are means of finer ones), but its bounds would keep the
+// extremes that a coarser level averages away.
 class MinMaxPyramid {
  public:
   explicit MinMaxPyramid(const shaders::ScalarTexture& texture);
@@ -31,19 +31,20 @@ class MinMaxPyramid {
   // rounding included: the box is widened by the filter's footprint, wrap modes respected.
   ValueRange query(const shaders::Sampler& sampler, Vec2 low, Vec2 high, float lod,
                    HeightTableCache* fetches = nullptr) const;
-  // The same of several at once, at most kMaxPlaces / 2; `fetches` to postpone what they fetch.
+  // The same for several lookups at once, at most kMaxPlaces / 2; their fetches are postponed to each lookup's
+  // `fetched`.
   void query(const shaders::Sampler& sampler, std::span<HeightLookup> lookups, HeightTableCache* fetches) const;
-  // The same at any lod.
+  // The same for every lod.
   ValueRange query_all(const shaders::Sampler& sampler, Vec2 low, Vec2 high) const;
 
   ValueRange whole() const;
-  // What one lookup of the texture itself fetches.
+  // Records the texels that one lookup of the texture itself fetches.
   void fetch_texels(const shaders::Sampler& sampler, Vec2 at, float lod, HeightTableCache& fetches) const;
-  // Where its tables and the texels lie in memory, from `address`; the end.
+  // Places its tables and the texels in memory from `address` on; returns the end.
   std::uint64_t place(std::uint64_t address);
 
  private:
-  // Of a value that is mixed of one in each range.
+  // Range of a value mixed from one value of each range.
   static ValueRange between(const ValueRange& fine, const ValueRange& coarse, float weight);
 
   std::vector<WindowTable> levels_;
@@ -61,8 +62,9 @@ class SlopePyramid {
  public:
   explicit SlopePyramid(const shaders::ScalarTexture& texture);
 
-  // The change of the filtered value along any way inside the box is at this lod the way's length along s times a value
-  // of `along_s` and that along t times one of `along_t`, but for rounding of the values; wrap modes respected.
+  // Along any segment inside the box the filtered value changes, at this lod, by the segment's length along s times a
+  // value of `along_s` plus its length along t times a value of `along_t`, up to rounding of the values; wrap modes
+  // respected.
   HeightSlopes query(const shaders::Sampler& sampler, Vec2 low, Vec2 high, float lod,
                      HeightTableCache* fetches = nullptr) const;
   std::uint64_t place(std::uint64_t address);
@@ -77,13 +79,14 @@ class SlopePyramid {
   std::vector<Level> levels_;
 };
 
-// By how much the value at one place can differ between two levels of detail: patches that share an edge read its heights
-// at their own.
+// Largest difference of the value at one place between two levels of detail: patches that share an edge read its
+// heights at their own levels.
 class LevelDifferences {
  public:
   explicit LevelDifferences(const shaders::ScalarTexture& texture);
 
-  // At least |sample(c, lod0) - sample(c, lod1)| for all coordinates c in the box, but for rounding of the values.
+  // Returns at least |sample(c, lod0) - sample(c, lod1)| for all coordinates c in the box, up to rounding of the
+  // values.
   float query(const shaders::Sampler& sampler, Vec2 low, Vec2 high, float lod0, float lod1,
               HeightTableCache* fetches = nullptr) const;
   std::uint64_t place(std::uint64_t address);

@@ -7,8 +7,8 @@
 
 namespace tessera::frontend {
 
-// Where the unit normal of a part of a patch may point, in a frame whose z is near the normal: a cone about z, and how
-// far single-precision evaluation may leave it.
+// Directions of the unit normal of a part of a patch, in a frame whose z is near the normal: a cone about z, and the
+// largest deviation of single-precision evaluation from it.
 struct NormalCone {
   double sine = 1, cosine = 0;  // of the half angle
   double error = 0;             // of each component, as the machine's floats evaluate the normal
@@ -18,10 +18,10 @@ struct NormalCone {
 struct NormalRange {
   std::array<double, 3> low{-1, -1, -1}, high{1, 1, 1};
 };
-// Everything when there is no cone.
+// The full range when there is no cone.
 NormalRange normal_range(const std::optional<NormalCone>& cone);
 
-// How exactly the domain shader works on the patch at hand.
+// Accuracy of the domain shader on the current patch.
 struct DerivativeError {
   double absolute;          // of a float derivative by the base patch's parameter, in units of the control points
   double scale_u, scale_v;  // extent of the part in the base patch's parameters
@@ -30,8 +30,8 @@ struct DerivativeError {
 // larger than three times that).
 double derivative_rounding(const PatchNet& net);
 
-// Cones about the tangents' axes, and what follows for every cross product of a vector of one with a vector of the
-// other.
+// Cones about the tangents' axes, and the bounds that follow for the cross product of any vector of one cone with any
+// of the other.
 struct TangentCones {
   double sine_u, sine_v;  // half angles, widened
   double sine_between;    // of the axes
@@ -44,14 +44,14 @@ struct TangentCones {
 // TPATCH (Munkberg et al. 2010), made conservative. Published, the cosine between the tangents enters the cone's angle
 // with its sign, which is too narrow once they open beyond 90 degrees; here its magnitude does, and the cones may
 // overlap neither each other nor each other's mirror image: alpha_u + alpha_v < min(beta, pi - beta).
-// Nothing where that fails, where a control vector is zero, or turns away from its axis.
+// Returns nullopt if that fails, or if a control vector is zero or turns away from its axis.
 std::optional<TangentCones> tangent_cones(const NetMeasure& measure, const CornerFrame& frame);
-// Sine of the half angle of the cone that holds every cross product; 1 and more: no cone.
+// Sine of the half angle of the cone that holds every cross product; values of 1 and more mean that there is no cone.
 double tpatch_sine(const TangentCones& cones);
 std::optional<NormalCone> tpatch_cone(const TangentCones& cones, const DerivativeError& error);
 
 // NPATCH: the cone of the control vectors of the normal's own Bezier patch. Never wider than `tpatch`, which holds for
-// every pair of tangents where this asks for those at one point.
+// every pair of tangents, while NPATCH takes only pairs at one point.
 std::optional<NormalCone> npatch_cone(const PatchNet& net, const NetMeasure& measure, const CornerFrame& frame,
                                       const std::optional<NormalCone>& tpatch, const DerivativeError& error);
 

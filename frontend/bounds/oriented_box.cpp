@@ -29,7 +29,7 @@ MovingBox empty_box(const std::array<DVec3, 3>& axes) {
 
 MovingBox point_box(std::span<const Vec3> key0, std::span<const Vec3> key1, std::span<const std::uint32_t> indices) {
   MovingBox box = empty_box({DVec3(1, 0, 0), DVec3(0, 1, 0), DVec3(0, 0, 1)});
-  // Along the axes smallest and largest are those of the floats; points that do not deform are looked at once.
+  // The smallest and largest values along the axes come from the floats; points that do not deform are read once.
   const auto bound = [&](std::span<const Vec3> points, std::size_t key) {
     Vec3 low(std::numeric_limits<float>::infinity()), high = -low, zero(0.0f);
     for (const std::uint32_t index : indices) {

@@ -14,7 +14,7 @@ struct MovingBox {
   std::array<std::array<double, 3>, 2> low, high;  // [key][axis]
 };
 
-// A box that holds nothing yet.
+// An empty box.
 MovingBox empty_box(const std::array<DVec3, 3>& axes);
 
 // Axis-aligned box of points.
@@ -24,7 +24,7 @@ MovingBox point_box(std::span<const Vec3> key0, std::span<const Vec3> key1, std:
 MovingCorners box_corners(const MovingBox& box, const std::array<Mat4, 2>& to_raster);
 MovingCorners corners_of_box(const MovingBox& box, const std::array<DMat4, 2>& to_raster);
 
-// What single-precision evaluation of a vertex inside the box may be off, as a margin for screen_bounds: the position
+// Largest error of single-precision evaluation of a vertex inside the box, as a margin for screen_bounds: the position
 // (bicubic form, normal, displacement: below 64 roundings of terms no larger than the largest coordinate of the box or
 // of the control points), its product with the matrix (4 terms), the perspective division, and the snap to the
 // sub-pixel grid, of `subpixels` steps a pixel.
@@ -32,8 +32,8 @@ RoundingMargin vertex_rounding_margin(const MovingBox& box, double largest_contr
                                       const std::array<DMat4, 2>& to_raster, double subpixels);
 RoundingMargin vertex_rounding_margin(const MovingBox& box, double largest_control_point,
                                       const std::array<Mat4, 2>& to_raster, double subpixels);
-// Largest sums of the terms of xh, yh, depth and w that a matrix makes of coordinates no larger than `reach`, of both
-// keys.
+// Largest sums of the terms of xh, yh, depth and w when the matrices of both keys transform coordinates no larger than
+// `reach`.
 std::array<double, 4> largest_terms(const std::array<DMat4, 2>& to_raster, double reach);
 
 }  // namespace tessera::frontend

@@ -13,15 +13,15 @@ inline constexpr double kConeSlack = 1e-13;
 // Tangents closer than this to parallel are left to the fallback: the domain shader's own test for irregular points
 // (an angle of 1e-5, in floats) then never triggers inside a part that has a cone.
 inline constexpr double kLeastSine = 0x1p-10;
-// A cone whose normals floats cannot place better than this is none.
+// A cone counts as missing if floats cannot place its normals better than this.
 inline constexpr double kLargestNormalError = 0x1p-6;
-// Smallest squared length that is not taken for zero; squares of floats' differences are far above it.
+// Squared lengths below this count as zero; squares of floats' differences are far above it.
 inline constexpr double kTinyLength2 = 1e-290;
 // Tangents with a smaller sine between them span no plane.
 inline constexpr double kLeastFrameSine = 1e-6;
 
 // Control points of one bicubic patch at one key, one array per coordinate; index 4*j + i, i along u. Bounds compute in
-// double precision: what they lose by rounding is far below the margin that they keep for the machine's own floats.
+// double precision: its rounding is far below the margin that they keep for the machine's own floats.
 struct PatchNet {
   alignas(64) std::array<std::array<double, 16>, 3> c;
 
@@ -33,8 +33,8 @@ PatchNet make_net(std::span<const Vec3, 16> points);
 // An orthonormal frame; z is the patch's normal at its middle, more or less.
 using Frame = std::array<DVec3, 3>;
 
-// Tangent directions of a net: unit T along u and B along v from its corners, and the frame that they span (Munkberg
-// et al. 2010): x along T, z along T x B. Not `regular` when the corners span no plane: then the world's axes.
+// Tangent directions of a net: unit T along u and B along v from its corners, and the frame that they span (Munkberg et
+// al. 2010): x along T, z along T x B. If the corners span no plane `regular` is false and the axes are the world's.
 struct CornerFrame {
   Frame axes{DVec3(1, 0, 0), DVec3(0, 1, 0), DVec3(0, 0, 1)};
   DVec3 tangent_u{1, 0, 0}, tangent_v{0, 1, 0};
@@ -51,7 +51,7 @@ struct Extents {
 // The control vectors of a tangent against the cone's axis: a(i,j) = c(i+1,j) - c(i,j) along u, likewise along v.
 struct TangentSpread {
   double min_dot;      // of the vectors with the axis; <= 0 when one is zero or turns away
-  double min_cosine2;  // squared cosine of the widest; of no meaning when min_dot <= 0
+  double min_cosine2;  // squared cosine of the widest; meaningless when min_dot <= 0
   double max_length2;
 };
 
@@ -63,7 +63,7 @@ struct NetMeasure {
 // Control vectors of the normal's own Bezier patch of degree (5, 5), up to positive factors, against axis z.
 struct NormalSpread {
   double min_dot;      // smallest v . z of the control vectors, factors included
-  double min_cosine2;  // of no meaning when min_dot <= 0
+  double min_cosine2;  // meaningless when min_dot <= 0
 };
 
 // Control points of the part [u0, u1] x [v0, v1]: blossoms of the base net, so that no rounding builds up from split to
@@ -79,8 +79,8 @@ std::array<std::array<double, 4>, 4> cubic_restriction(double a, double b);
 std::array<DVec3, 4> restrict_cubic(const std::array<DVec3, 4>& points,
                                     const std::array<std::array<double, 4>, 4>& rows);
 
-// Of an edge (numbered as in PatchNeighbours): its control points, and a third of the derivative across it, which points
-// along v or u whichever side the patch is on.
+// An edge (numbered as in PatchNeighbours): its control points, and a third of the derivative across it, which points
+// along v or u on whichever side the patch lies.
 std::array<DVec3, 4> edge_points(const PatchNet& net, std::size_t edge);
 std::array<DVec3, 4> edge_across(const PatchNet& net, std::size_t edge);
 

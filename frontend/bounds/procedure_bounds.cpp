@@ -24,7 +24,7 @@ Enclosure transformed(const Mat4& m, int row, const Vector3<Enclosure>& p) {
          (Enclosure(m[2][row]) * p.z + Enclosure(m[3][row]));
 }
 
-// Homogeneous raster coordinates at one key; `z` is the depth and, in perspective, what x and y are divided by.
+// Homogeneous raster coordinates at one key; `z` is the depth and, in perspective, the divisor of x and y.
 struct RasterEnclosure {
   Enclosure x, y, z;
 };
@@ -33,20 +33,20 @@ Interval with_error(const Enclosure& e) { return {e.low(), e.high()}; }
 
 bool is_unknown(const Interval& x) { return std::isnan(x.low()) || std::isnan(x.high()); }
 
-// At either of two keys. What is no number at one of them may be anything: a shape that deforms may be singular at one
-// key alone.
+// Hull of the values at both keys. A value that is not a number at one key may be anything: a deforming shape may be
+// singular at one key alone.
 Interval either(const Interval& a, const Interval& b) {
   return is_unknown(a) || is_unknown(b) ? Interval(-kInfinity, kInfinity) : hull(a, b);
 }
 
-// A coordinate on screen: its range, its derivatives, and what it is in the middle of the box where that is known.
+// A coordinate on screen: its range, its derivatives, and its value in the middle of the box if that is known.
 struct ScreenCoordinate {
   Interval value, by_s, by_t, middle = Interval(-kInfinity, kInfinity);
 };
 
 Interval middle_of(const Enclosure& e) { return {e.middle().low() - e.error(), e.middle().high() + e.error()}; }
 
-// Where all depths lie in front of the near plane the quotient keeps how numerator and depth vary together; elsewhere
+// If all depths lie in front of the near plane the quotient keeps the joint variation of numerator and depth; otherwise
 // only the part in front counts, by ranges alone.
 ScreenCoordinate projected(const Enclosure& x, const Enclosure& z, double near) {
   if (z.low() >= near) {
@@ -78,7 +78,7 @@ ScreenCoordinate moving(const std::array<RasterEnclosure, 2>& r, Enclosure Raste
           (either(x0.by_t(), x1.by_t()) - value * either(z0.by_t(), z1.by_t())) / front};
 }
 
-// What the lens adds: a shift by up to lens_scale * |coc(z)|, and its derivative.
+// Adds the lens: a shift by up to lens_scale * |coc(z)|, and its derivative.
 void add_lens(const scene::Projection& p, const Interval& depth, const std::array<RasterEnclosure, 2>& r,
               ScreenCoordinate& c) {
   if (p.lens_scale == 0) return;
@@ -108,7 +108,7 @@ ProcedureCellBounds::Image image_of(const std::array<ScreenCoordinate, 2>& c) {
   return image;
 }
 
-// Of a projection in front of the near plane.
+// Rounding of a projection in front of the near plane.
 double rounding_of_projection(const RasterEnclosure& r, const ScreenCoordinate& x, const ScreenCoordinate& y,
                               const scene::Projection& p) {
   if (p.orthographic) return std::max(r.x.error(), r.y.error());
@@ -118,7 +118,7 @@ double rounding_of_projection(const RasterEnclosure& r, const ScreenCoordinate& 
 
 double known(double value) { return std::isnan(value) ? kInfinity : value; }
 
-// Of the points at both motion keys.
+// The box of the points at both motion keys.
 MovingBox box_of(const Vector3<Enclosure>& open, const Vector3<Enclosure>& close) {
   MovingBox box;
   box.axes = {DVec3(1, 0, 0), DVec3(0, 1, 0), DVec3(0, 0, 1)};

@@ -9,7 +9,7 @@
 namespace tessera::frontend {
 namespace {
 
-// To the next float downwards or upwards.
+// Rounds to the next float downwards or upwards.
 float round_down(double value) {
   const auto f = static_cast<float>(value);
   if (static_cast<double>(f) <= value || std::isnan(f)) return f;
@@ -55,7 +55,7 @@ double defocus_radius(const scene::Projection& projection, double depth) {
 std::optional<ScreenBounds> screen_bounds(std::span<const DVec4> points, const scene::Projection& projection,
                                           const RoundingMargin& margin) {
   ScreenHull hull;
-  // What rounding might lift over the near plane counts as drawn; w stays positive.
+  // A point that rounding might lift over the near plane counts as drawn; w stays positive.
   const double near = projection.orthographic ? projection.near - margin.depth
                                               : std::max(projection.near - margin.depth, 0.5 * projection.near);
   bool crosses = false, any_nan = false;
@@ -71,7 +71,7 @@ std::optional<ScreenBounds> screen_bounds(std::span<const DVec4> points, const s
   const double defocus = std::max(defocus_radius(projection, hull.near_z), defocus_radius(projection, hull.far_z));
   // Relative slack: the arithmetic above is double precision, 2^-40 of the coordinates is generous.
   const double size = std::max({std::abs(hull.x0), std::abs(hull.x1), std::abs(hull.y0), std::abs(hull.y1)});
-  // X = xh / w is off by the error of xh over w and by X times the relative error of w; what lies more than a frame
+  // X = xh / w is off by the error of xh over w and by X times the relative error of w. A point more than a frame
   // outside stays outside, so X counts up to two frames.
   const double frame = 4 * std::max(projection.center_x, projection.center_y);
   const double grow =

@@ -11,10 +11,10 @@
 
 namespace tessera::frontend {
 
-// Where a moving, defocused convex body may appear on screen, over the whole shutter and the whole lens.
+// Screen bounds of a moving, defocused convex body, over the whole shutter and the whole lens.
 struct ScreenBounds {
   float x0, y0, x1, y1;  // pixels, closed
-  float grow;            // pixels by which they exceed the hull of the projected points: lens and rounding
+  float grow;            // pixels by which the bounds exceed the hull of the projected points: lens and rounding
   float near_z, far_z;   // depth range of the part that is drawn
   bool crosses_near;     // some of it lies nearer than the near plane at some time
 };
@@ -30,10 +30,10 @@ using MovingCorners = std::array<DVec4, 16>;
 // linearly between a point of the body at key 0 and one at key 1 projects, at any time, into the hull of the two ends'
 // projections, so the bounds hold at every time (screen-space motion itself is not linear).
 //
-// Nothing when the body is nowhere inside the depth range. NaN anywhere yields bounds of the whole plane.
+// Returns nullopt when the body never lies inside the depth range. NaN anywhere yields bounds of the whole plane.
 //
-// The margin is what the caller knows of rounding in the vertices: absolute errors of xh and yh, of w and of depth, and
-// pixels on top. Where the error of w could exceed a quarter of w the bounds are those of the whole plane.
+// The margin is the caller's bound on the rounding of vertices: absolute errors of xh and yh, of w and of depth, and
+// pixels on top. If the error of w could exceed a quarter of w the bounds are the whole plane.
 struct RoundingMargin {
   double position = 0, w = 0, depth = 0, pixels = 0;
 };
@@ -60,8 +60,8 @@ struct ScreenHull {
     near_w = std::min(near_w, r.w);
   }
 };
-// The common case, several points at a time: of points that are all finite, projected too, and no nearer than `near`.
-// False, and `hull` as it was, where they are not or their number is no multiple of four.
+// The fast path for the common case: points that are finite, have finite projections, and lie no nearer than `near`.
+// Returns false and leaves `hull` unchanged if a point does not, or if their number is no multiple of four.
 bool hull_in_front(std::span<const DVec4> points, double near, ScreenHull& hull);
 
 // Circle-of-confusion radius in pixels of a point at `depth` (> 0 unless orthographic).

@@ -9,8 +9,8 @@
 
 #include "base/simd-inl.h"
 
-// Results do not depend on the target: coordinates or points in lanes, nothing fused, and what is joined over lanes is
-// a minimum or a maximum.
+// Results do not depend on the target: lanes hold coordinates or points, nothing is fused, and reductions over lanes
+// are minima or maxima.
 HWY_BEFORE_NAMESPACE();
 namespace tessera::frontend::HWY_NAMESPACE {
 

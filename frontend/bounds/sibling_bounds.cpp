@@ -1,4 +1,4 @@
-// Several sub-patches of one base patch at once: what each looks up, one after another, then all boxes together.
+// Several sub-patches of one base patch at once: first the lookups of each, one after another, then all boxes together.
 #include <cmath>
 
 #include "frontend/bounds/sub_patch_bounder.h"
@@ -39,7 +39,7 @@ struct SubPatchBounder::SiblingScratch {
   std::array<SiblingEdge, 4> edges;
   std::array<SiblingCorner, 4> corners;
   std::array<bool, 4> edge_touched{}, corner_touched{};
-  // What is looked up for a lane: its own heights, then those of the edges that it touches.
+  // The lookups of a lane: its own heights, then the heights of the edges that it touches.
   static constexpr std::size_t kOwn = 4, kMaxLookups = kSiblings * (1 + 4);
   static_assert(2 * kMaxLookups <= kMaxPlaces);
   std::array<HeightLookup, kMaxLookups> lookups;
@@ -55,7 +55,7 @@ struct SubPatchBounder::SiblingScratch {
   }
 };
 
-// What other patches' heights displace, of an edge that lanes touch.
+// Adds the displacement by other patches' heights at each edge that the lane touches.
 void SubPatchBounder::touch_edges(SiblingBound& out, std::size_t lane, SiblingScratch& scratch) const {
   const std::array<bool, 4> touches = touched_edges(out.cells);
   for (std::size_t e = 0; e < 4; ++e) {
@@ -100,7 +100,7 @@ void SubPatchBounder::touch_corners(SiblingBound& out, std::size_t lane, Sibling
   }
 }
 
-// Ranges of a lane and what it is to look up.
+// Sets the ranges of a lane and collects its lookups.
 void SubPatchBounder::begin_sibling(SiblingBound& out, std::size_t lane, SiblingScratch& scratch) const {
   const scene::TessellationPattern& pattern = *pattern_;
   const scene::CellRange inner = inner_cells(out.cells);

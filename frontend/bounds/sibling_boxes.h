@@ -8,8 +8,8 @@
 
 namespace tessera::frontend {
 
-// Boxes of several parts of one base patch at once, a part in each lane: what the parts share is computed or loaded
-// once, and the chains of roots and quotients that follow for each run side by side.
+// Boxes of several parts of one base patch at once, one part in each lane: the shared data is computed or loaded once,
+// and the chains of roots and quotients of the parts run side by side.
 inline constexpr std::size_t kSiblings = 4;
 using SiblingLanes = std::array<double, kSiblings>;
 
@@ -20,7 +20,8 @@ struct SiblingOffsets {
   SiblingLanes low, high;
 };
 
-// What displaces the interior: nothing known of the normals, their cone by the tangents', or by their own net as well.
+// Bound on the normals along which the interior is displaced: none, their cone from the tangents, or also the cone from
+// their own net.
 enum class NormalsBy { kNothing, kTangents, kNormals };
 
 // An edge whose vertices another patch evaluates; the lanes whose `touched` is not zero take part.
@@ -37,7 +38,7 @@ struct SiblingCorner {
   SiblingLanes touched;
 };
 
-// Lanes of parts: `whole` chooses the frames, `inner` is what the patch's own heights displace.
+// Lanes of parts: `whole` chooses the frames, `inner` is the part that the patch's own heights displace.
 struct SiblingParts {
   std::span<const PatchNet> keys;
   bool oriented, all_inner;
@@ -54,8 +55,8 @@ struct SiblingBoxes {
   std::array<std::array<SiblingLanes, 3>, 2> low, high;  // [key][axis]
 };
 
-// Bit for bit what restrict_net(), corner_frame(), measure_net(), tpatch_cone(), npatch_cone() and edge_cone() give
-// for one part after another, for finite parts. Raises neither the invalid nor the divide-by-zero flag.
+// Gives the bits of restrict_net(), corner_frame(), measure_net(), tpatch_cone(), npatch_cone() and edge_cone() for one
+// part after another, for finite parts. Raises neither the invalid nor the divide-by-zero flag.
 void bound_siblings(const SiblingParts& parts, SiblingBoxes& boxes);
 
 }  // namespace tessera::frontend

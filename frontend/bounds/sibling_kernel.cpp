@@ -8,7 +8,7 @@
 #include "base/simd-inl.h"
 
 // Every lane does the operations of the functions that bound one part, in their order; nothing is fused. A condition
-// there is a mask here, and what a lane without it would divide by is 1.
+// there is a mask here; a lane whose mask is off divides by 1.
 HWY_BEFORE_NAMESPACE();
 namespace tessera::frontend::HWY_NAMESPACE {
 
@@ -134,7 +134,7 @@ HWY_INLINE Ends Extent(const Net& net, const Vectors& axis) {
 struct Spreads {
   V min_dot, min_cosine2, max_length2;
 };
-// Of the steps from points to the next, `kNext` on.
+// Spread of the steps from each point to the next, which is `kNext` further.
 template <std::size_t kNext>
 HWY_INLINE Spreads Spread(const Net& net, const Vectors& axis) {
   Spreads out;

@@ -91,8 +91,8 @@ double largest_of_net(const PatchNet& net) {
   return largest;
 }
 
-// Refuses tables that do not fit into what reading the capture left: one of values for each texture, one of slopes along
-// each coordinate and one of differences of levels where a single-sided material uses it.
+// Throws if the tables do not fit into the memory left after reading the capture: one table of values for each texture
+// and, where a single-sided material uses it, one of slopes along each coordinate and one of differences of levels.
 void check_tables(const scene::Assembly& assembly) {
   const scene::Capture& capture = *assembly.capture;
   scene::MemoryBudget budget(capture.max_bytes, capture.file.string(), assembly.charged_bytes());
@@ -334,8 +334,8 @@ MovingBox SubPatchBounder::cluster_box() const {
                    std::span(clusters.vertices).subspan(cluster.first_vertex, cluster.vertex_count));
 }
 
-// Where an edge's vertices are another patch's, the patch's own net and heights only bound the vertices behind them: at
-// a pole, whose net has no normal, all but the pole itself.
+// At an edge whose vertices belong to another patch, the patch's own net and heights only bound the vertices behind
+// them; at a pole, whose net has no normal, all vertices but the pole.
 scene::CellRange SubPatchBounder::inner_cells(const scene::CellRange& cells) const {
   if (!displaced_) return cells;
   const std::array<bool, 4> touches = touched_edges(cells);

@@ -20,8 +20,8 @@
 namespace tessera::frontend {
 
 // Pyramids of every displacement texture of a capture, with slopes and differences of levels where a single-sided
-// material uses it, and of the alpha of the colour textures of masked materials; built once. Those of displacement lie
-// one behind the other in a memory of their own.
+// material uses it, and of the alpha of the colour textures of masked materials; built once. The displacement pyramids
+// lie back to back in a memory of their own.
 class PyramidLibrary {
  public:
   explicit PyramidLibrary(const scene::Assembly& assembly);
@@ -30,7 +30,7 @@ class PyramidLibrary {
   const LevelDifferences& level_differences_of(const shaders::ScalarTexture& texture) const {
     return *level_differences_.at(&texture);
   }
-  // Null for a texture whose alpha is 1 everywhere, and for those of materials that do not mask.
+  // Null for a texture whose alpha is 1 everywhere, and for textures of materials that do not mask.
   const MinMaxPyramid* alpha_of(const shaders::Texture& texture) const;
 
  private:
@@ -44,16 +44,16 @@ class PyramidLibrary {
 struct SubPatchBody {
   MovingCorners corners;
   RoundingMargin margin;
-  // The same for the difference of a vertex's coordinates at both motion keys, as far as it comes from the vertex itself and
-  // not from its transformation; of rigid drawables, whose vertex is the same at both.
+  // The same for the difference of a vertex's coordinates between the motion keys, as far as it comes from the vertex
+  // itself and not from its transformation. For rigid drawables, whose vertex is the same at both keys.
   RoundingMargin motion_margin{};
   MovingBox box{};  // in object space
 };
 
-// What SubPatchBounder::bound() found of one of several ranges, for use().
+// Result of SubPatchBounder::bound() for one of several ranges, for use().
 struct SiblingBound {
   scene::CellRange cells;
-  bool bounded = false;  // else use() computes it
+  bool bounded = false;  // otherwise use() computes the bound
   bool all_inner = true, foreign_boundary = false;
   scene::ParameterRange range{}, inner_range{};
   ValueRange offsets, foreign_offsets;
@@ -61,57 +61,56 @@ struct SiblingBound {
   std::vector<std::uint64_t> fetched;
 };
 
-// Bounds the sub-patches of one base patch after another. A box holds every vertex that the machine computes for the
-// cells: those inside, those that stitching moves, and those on shared displaced edges and corners, which the patches
-// that own them evaluate with their own heights and normals.
+// Bounds the sub-patches of base patches, one base patch after another. A box holds every vertex that the machine
+// computes for the cells: interior vertices, vertices that stitching moves, and vertices on shared displaced edges and
+// corners, which the patches that own them evaluate with their own heights and normals.
 //
 // Invariants (cited by the tests):
-//   SB1  A range has the body that it has alone, to the bit, with whatever it is bounded together, on every SIMD target.
-//   SB2  It fetches what it fetches alone, when it is used and not before.
+//   SB1  A range has the same body, to the bit, whether it is bounded alone or with any others, on every SIMD target.
+//   SB2  It makes the same fetches as alone, and makes them in use().
 //
-// For finite input raises neither the invalid nor the divide-by-zero flag (but kInterval, whose ends may be infinite).
-// Has scratch memory; one instance per thread.
+// For finite input it raises neither the invalid nor the divide-by-zero flag, except with kInterval, whose ends may be
+// infinite. It owns scratch memory; one instance per thread.
 class SubPatchBounder {
  public:
-  // `fetches`, unless null, gets every entry of a table that is read, and every record but the base patch's own.
+  // `fetches`, unless null, gets every table entry that is read, and every record but the base patch's own.
   SubPatchBounder(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids, BoundMethod method,
                   HeightTableCache* fetches = nullptr)
       : frame_(frame), pyramids_(pyramids), method_(method), fetches_(fetches) {}
 
-  // Chooses the base patch; what its sub-patches share is computed here.
+  // Chooses the base patch and computes the data that its sub-patches share.
   void begin(std::uint32_t patch);
 
   // Box of the cells in object space. A deforming drawable moves between its keys; a rigid one has the same at both.
   MovingBox box(const scene::CellRange& cells);
-  // A cluster that is out of view by its aligned box has that one: what holds a group or an instance of clusters holds the
-  // aligned boxes, but not what sticks out of them when they are turned.
+  // Bounds the cells. A cluster whose aligned box is out of view gets that box as its body: the boxes of groups and
+  // instances of clusters hold the aligned boxes, but not the corners of turned boxes that stick out of them.
   SubPatchBody body(const scene::CellRange& cells);
-  // Up to kSiblings ranges at once, each as body() bounds it, to the bit. Nothing is fetched, and nothing counts as made,
-  // before use(), which may leave some out; of the same base patch.
+  // Bounds up to kSiblings ranges of the base patch at once, each to the bit as body() does. Nothing is fetched or
+  // counted before use(), which the caller may skip for some ranges.
   void bound(std::span<const scene::CellRange> cells, std::span<SiblingBound* const> out);
   void bound(std::span<const scene::CellRange> cells, std::span<SiblingBound> out);
-  // As body() of its cells.
+  // The body of the bound's cells, as body() gives it.
   SubPatchBody use(const SiblingBound& bound);
-  // Whether the last body() took a box besides its own.
+  // Whether the last body() computed a second box.
   bool bounded_twice() const { return bounded_twice_; }
 
-  // About the box() made last, for culling: the parameters, the restricted nets, and what displaces them.
+  // About the box() made last, for culling: the parameters, the restricted nets, and the displacement.
   const scene::ParameterRange& range() const { return range_; }
   std::span<const PatchNet> nets() const;
   bool displaced() const { return displaced_; }
-  // Whether every offset that moves a vertex of the cells is exactly zero, those of other patches on the boundary
-  // included.
+  // Whether every offset that moves a vertex of the cells is exactly zero, including offsets of other patches on the
+  // boundary.
   bool offsets_vanish() const;
-  // Of the patch's own displacement, over all of range().
+  // Range of the patch's own displacement, over all of range().
   ValueRange offsets() const { return offset_range(displacement_, range_); }
   const scene::PatchDisplacement& displacement() const { return displacement_; }
-  // The part of range() whose surface the box holds: without what lies between vertices that other patches evaluate and
-  // the next.
+  // The part of range() whose surface the box holds: without the strips next to vertices that other patches evaluate.
   const scene::ParameterRange& inner_range() const { return inner_range_; }
 
-  // How far the vertices that other patches evaluate may be from where this one's own evaluation puts them, in object
-  // space: along this one's normal there, and besides that. Nothing where the patches' normals or texture coordinates
-  // have nothing to do with each other. `tangents`: of nets(), one for each.
+  // Largest distance, in object space, of the vertices that other patches evaluate from the places where this patch's
+  // own evaluation puts them: along this patch's normal, and besides. nullopt if the patches' normals or texture
+  // coordinates are unrelated. `tangents`: one for each of nets().
   struct ForeignError {
     double along_normal = 0, besides = 0;
   };
@@ -128,7 +127,7 @@ class SubPatchBounder {
     bool active = false, collapsed = false;
     std::uint8_t owner_edge = 0;
     bool reversed = false;
-    std::size_t corner = 0;  // where a collapsed edge's vertices are
+    std::size_t corner = 0;  // of a collapsed edge: the corner with its vertices
     scene::PatchDisplacement displacement;
     std::array<std::array<DVec3, 4>, 2> points, across;  // [key]: of the owner
     double rounding = 0;
@@ -175,20 +174,20 @@ class SubPatchBounder {
   const scene::TessellationPattern* pattern_ = nullptr;  // of a Bezier patch
   bool bezier_ = false, displaced_ = false, foreign_boundary_ = false, bounded_twice_ = false;
   std::size_t keys_ = 1;
-  double largest_ = 0;                      // coordinate of any control point used
+  double largest_ = 0;                      // largest coordinate of any control point used
   double rounding_ = 0;                     // of a float derivative
-  std::array<DMat4, 2> to_raster_, way_;    // per key; what they differ by, for both
+  std::array<DMat4, 2> to_raster_, way_;    // per key; way_: their difference, for both keys
   const MinMaxPyramid* heights_ = nullptr;  // of the material, which owners of edges share
   std::array<PatchNet, 2> base_;
-  mutable std::array<PatchNet, 2> nets_;  // of range_, once something asks
+  mutable std::array<PatchNet, 2> nets_;  // of range_, made on demand
   mutable bool nets_made_ = false;
   scene::PatchDisplacement displacement_;
   scene::ProcedurePatch procedure_patch_;
   std::array<ForeignEdge, 4> edges_;
-  std::array<std::array<DVec3, 4>, 2> corners_;  // [key]: displaced, as their owners evaluate them
+  std::array<std::array<DVec3, 4>, 2> corners_;  // [key]: displaced as their owners evaluate them
   std::array<float, 4> corner_offsets_{};
   scene::ParameterRange range_{};
-  // Without the rows of vertices that other patches evaluate: the same as above where nothing displaces.
+  // Without the rows of vertices that other patches evaluate; equal to range_ and nets_ if nothing displaces.
   scene::ParameterRange inner_range_{};
   std::array<PatchNet, 2> inner_nets_;
   bool all_inner_ = true;

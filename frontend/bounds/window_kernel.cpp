@@ -46,7 +46,7 @@ HWY_INLINE Texels InnerTexels(const PlaceAxis& axis, std::size_t k) {
           inside};
 }
 
-// Of numbers from 1 to 2^24.
+// Floor of log2 of numbers from 1 to 2^24.
 HWY_INLINE VI Log2Below(VI n) {
   const VI bits = hn::BitCast(kI, hn::ConvertTo(kF, n));
   return hn::Sub(hn::ShiftRight<23>(bits), hn::Set(kI, 127));

@@ -6,7 +6,7 @@
 
 namespace tessera::frontend {
 
-// Lookups in window tables, one in each lane: which texels a box of texture coordinates reads, and which windows
+// Lookups in window tables, one in each lane: the texels that a box of texture coordinates reads, and the windows that
 // cover them.
 inline constexpr std::size_t kMaxPlaces = 48;
 template <class T>
@@ -22,7 +22,7 @@ struct WindowPlaces {
   PlaceAxis s, t;
   PlaceLanes<std::int32_t> steps;  // of the table
   PlaceLanes<std::int32_t> step;   // found
-  // Whether the texels lie inside the texture, in one piece; else nothing is found.
+  // Nonzero if the texels lie inside the texture, in one piece; otherwise the other results are unset.
   PlaceLanes<std::int32_t> found;
 };
 

@@ -95,8 +95,8 @@ ValueRange WindowTable::joined(const Step& step, int column0, int row0, int colu
       }
       if (row == row1) break;
     }
-  // The last windows, and those that as many strides as it takes reach before them. Most take four windows, some of
-  // them the same, and none waits for another.
+  // Joins the first and last windows and one at every stride between them. Most queries join four windows, some of them
+  // equal, and no load depends on another.
   const auto at = [&](int column, int row) {
     return step.entries[static_cast<std::size_t>(row) * static_cast<std::size_t>(step.columns) +
                         static_cast<std::size_t>(column)];

@@ -23,8 +23,8 @@ struct ValueRange {
   float largest() const { return std::max(std::abs(low), std::abs(high)); }
 };
 
-// What bounding fetches besides the base patch itself, each through an on-chip cache: entries of tables and texels by
-// lines, records of neighbouring base patches whole. Counts the bytes that it misses, and keeps the lines among them.
+// The fetches that bounding makes besides the base patch itself, each through an on-chip cache: table entries and
+// texels by lines, records of neighbouring base patches whole. Counts the bytes of misses and keeps the missed lines.
 //
 // Invariants (cited by the tests):
 //   BFT1  A line costs its bytes when it is not among the last used of its set, a record its bytes when it is not among
@@ -50,24 +50,24 @@ class HeightTableCache {
     table_bytes_ += line_bytes_;
     missed_.push_back(line);
   }
-  // From here on fetches of lines are appended to `addresses` instead, until null is given: of what is computed ahead,
-  // and may yet turn out not to be wanted.
+  // From here on line fetches are appended to `addresses` instead, until the call with null. For results that are
+  // computed ahead and may not be used.
   void postpone(std::vector<std::uint64_t>* addresses) { postponed_ = addresses; }
-  // `elements`: what decoding it gives.
+  // `elements`: number of elements that decoding the record gives.
   void fetch_record(std::uint32_t record, std::uint64_t bytes, std::uint64_t elements) {
     if (records_.use(record)) return;
     missed_records_.push_back({record, bytes});
     record_bytes_ += memory::burst_bytes(0, bytes, line_bytes_);
     elements_ += elements;
   }
-  // One that is read on its way anyway.
+  // Puts into the cache a record that another unit reads anyway.
   void pass_record(std::uint32_t record) { (void)records_.use(record); }
 
   // Lines missed since the last call, in order.
   std::vector<std::uint32_t> take_missed_lines() { return std::exchange(missed_, {}); }
   // Records missed since the last call, in order.
   std::vector<RecordRead> take_missed_records() { return std::exchange(missed_records_, {}); }
-  // Bytes that are not taken yet.
+  // Bytes that no call has taken yet.
   std::uint64_t pending_bytes() const { return table_bytes_ + record_bytes_; }
   // Bytes fetched since the last call.
   std::uint64_t take_table_bytes() { return std::exchange(table_bytes_, 0); }
@@ -84,11 +84,11 @@ class HeightTableCache {
 };
 
 // Smallest and largest value over any rectangle of a grid: a sparse table of square windows whose sides are powers of
-// two. Windows of one side overlap: a query joins as few as cover the rectangle, four for most.
+// two. Windows of one side overlap: a query joins as few as cover the rectangle, mostly four.
 //
 // Invariants (cited by the tests):
 //   WT1  over() holds the value of every texel in the rectangle.
-//   WT2  It holds that of no texel farther outside than one less than the step between windows on each side:
+//   WT2  It holds no texel farther outside than one less than the step between windows on each side:
 //        side / kWindowsPerSide of a window no larger than the rectangle's shorter side, unless the longer one is more
 //        than four times as long. Rectangles with sides below 2 * kWindowsPerSide are exact, but for those one texel
 //        wide.
@@ -99,12 +99,12 @@ class WindowTable {
   static constexpr std::uint64_t kEntryBytes = sizeof(ValueRange);
   static constexpr std::uint64_t kMaxBytesPerTexel = 3 * kEntryBytes;
 
-  // `value` of texel (x, y), asked from many threads.
+  // `value` returns the range of texel (x, y); many threads call it.
   WindowTable(int width, int height, const std::function<ValueRange(int, int)>& value);
 
   // Ends inclusive, inside the grid.
   ValueRange over(int x0, int y0, int x1, int y1, HeightTableCache* fetches) const;
-  // Of the windows that find_windows() found for a place of this table: as over() its texels.
+  // Joins the windows that find_windows() found for a place of this table, as over() does for its texels.
   ValueRange joined(const WindowPlaces& places, std::size_t place, HeightTableCache* fetches) const {
     const Step& step = steps_[static_cast<std::size_t>(places.step[place])];
     return joined(step, places.s.first[place], places.t.first[place], places.s.last[place], places.t.last[place],
@@ -116,7 +116,7 @@ class WindowTable {
   int height() const { return height_; }
   std::size_t entry_count() const;
 
-  // Where it lies in memory, from `address`; the end.
+  // Places the table in memory from `address` on; returns the end.
   std::uint64_t place(std::uint64_t address);
 
  private:
@@ -130,7 +130,7 @@ class WindowTable {
   struct Span {
     int first, last;
   };
-  // Of the windows in [column0, column1] x [row0, row1], no more of them than overlap.
+  // Joins windows of [column0, column1] x [row0, row1], as few as cover them all.
   static ValueRange joined(const Step& step, int column0, int row0, int column1, int row1, HeightTableCache* fetches);
   static Span span(const Step& step, int count, int low, int high);
 

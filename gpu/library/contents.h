@@ -23,15 +23,15 @@
 #define TESSERA_LOCAL
 #endif
 
-// What the public classes of include/tessera hold.
+// Contents of the public classes of include/tessera.
 namespace tessera {
 
 struct TESSERA_LOCAL Scene::Content {
   Content(scene::Capture read, scene::ViewChoices choices) : capture(std::move(read)), view(std::move(choices)) {}
 
   const scene::Capture capture;
-  const scene::ViewChoices view;  // its camera and lens are the devices' business, which know the size of frames
-  // What all devices share; made for the first.
+  const scene::ViewChoices view;  // devices, which know the size of frames, handle its camera and lens
+  // The data that all devices share; made for the first device.
   std::shared_ptr<const gpu::PreparedCapture> prepared() const {
     std::call_once(once_, [&] { prepared_ = std::make_shared<const gpu::PreparedCapture>(capture); });
     return prepared_;
@@ -67,7 +67,7 @@ struct TESSERA_LOCAL Frame::Content {
   const Image8& display(Eye eye) const;
 
  private:
-  // Made when first asked for, of each eye.
+  // Each eye's image, made at the first request.
   mutable std::array<std::once_flag, 2> once_;
   mutable std::array<Image8, 2> display_;
 };

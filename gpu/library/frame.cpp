@@ -18,7 +18,7 @@ ImageView<T> view(const ImageOf<T>& image) {
   return {image.width, image.height, image.channels, image.values};
 }
 
-// The layers that a frame may have, and where they are kept.
+// The layers that a frame may have, and the members that hold them.
 struct Layer {
   const char* name;
   Image tilecore::FrameTargets::*image;
@@ -102,7 +102,7 @@ Frame::Content::Content(gpu::FrameResult rendered, const scene::Assembly& assemb
     timing->bound_by_cycles = machine.bound_cycles;
     energy = FrameEnergy{result.model->energy.total_nj(), result.model->energy.by_unit_nj};
     area = MachineArea{result.model->area.total_mm2(), result.model->area.by_unit_mm2};
-    result.model.reset();  // the schedule of every tile
+    result.model.reset();  // frees the schedule of every tile
   }
   const gpu::TileMaps& tiles = result.maps;
   for (const gpu::TileMapField& field : gpu::kTileMapFields)

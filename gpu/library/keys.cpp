@@ -45,7 +45,7 @@ std::vector<KeyDescription> describe(const Table& table) {
   return out;
 }
 
-// The row of a key that the table has; throws as a setter does for one that it has not.
+// The table's row of a key; throws as a setter does if the table has none.
 template <class Table>
 const auto& row_of(const Table& table, std::string_view key) {
   if (const auto* row = table.find(key)) return *row;
@@ -77,7 +77,7 @@ Gpu& Gpu::operator=(Gpu&& other) noexcept = default;
 Gpu::~Gpu() = default;
 
 Gpu& Gpu::set(std::string_view key, const Value& value) {
-  // A key that there is not is refused by row_of().
+  // row_of() refuses an unknown key.
   if (!gpu::set_gpu_key(std::string(key), json_of(value), content_->configuration)) row_of(gpu::gpu_keys(), key);
   return *this;
 }

@@ -3,7 +3,7 @@
 #include <stdexcept>
 #include <string>
 
-// What a program that uses the library sees of it; everything else is hidden.
+// Marks the public interface of the library; all other symbols are hidden.
 #if defined(__GNUC__)
 #define TESSERA_API __attribute__((visibility("default")))
 #else
@@ -12,15 +12,16 @@
 
 namespace tessera {
 
-// Whatever Tessera refuses or cannot do is thrown as one of these; each message is one line. Besides them only
-// std::bad_alloc is thrown. A fault of Tessera's own prints what it knows and aborts.
+// Base class of all errors: Tessera reports every refusal and every failure by one of the classes below, with a
+// message of one line. Besides them only std::bad_alloc is thrown. An internal error prints its circumstances
+// and aborts.
 class TESSERA_API Error : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-// Bad input: names the file, the place in it (JSON pointer, byte offset, attribute) and the fault.
-// Text taken from the file is escaped, so the line stays one line whatever the file holds.
+// Bad input: names the file, the place in it (JSON pointer, byte offset, attribute) and the fault. Text from the file
+// is escaped, so the message stays one line whatever the file holds.
 class TESSERA_API InputError : public Error {
  public:
   InputError(std::string file, std::string place, std::string fault);
@@ -33,7 +34,7 @@ class TESSERA_API InputError : public Error {
   std::string file_, place_, fault_;
 };
 
-// A stated resource limit would be exceeded. Thrown before the resource is allocated.
+// A stated resource limit would be exceeded. The error is thrown before the resource is allocated.
 class TESSERA_API LimitError : public Error {
  public:
   using Error::Error;
@@ -45,7 +46,7 @@ class TESSERA_API UsageError : public Error {
   using Error::Error;
 };
 
-// Something outside failed: disk full, permission denied, file vanished.
+// The operating system refused something: disk full, permission denied, file vanished.
 class TESSERA_API SystemError : public Error {
  public:
   using Error::Error;

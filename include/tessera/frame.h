@@ -27,15 +27,15 @@ struct ImageView {
   }
 };
 
-// The work of every tile of a frame, of one kind. Valid while the frame or a copy of it lives.
+// The work of one kind in every tile of a frame. Valid while the frame or a copy of it lives.
 struct TileMap {
   std::string name, unit, meaning;
   std::string counter;  // the counter of the frame that the tiles add up to; "" when there is none
   int columns = 0, rows = 0;
   int x0 = 0, y0 = 0;                    // pixel of the frame at which the first tile begins
   int tile_width = 0, tile_height = 0;   // pixels
-  const std::uint64_t* first = nullptr;  // of the tile at the top left
-  std::size_t stride = 0;                // values from a tile to the next; row by row
+  const std::uint64_t* first = nullptr;  // value of the tile at the top left
+  std::size_t stride = 0;                // distance in values from a tile to the next; tiles lie row by row
 
   std::uint64_t at(int column, int row) const {
     const auto tile =
@@ -44,18 +44,18 @@ struct TileMap {
   }
 };
 
-// What a drawable of a frame asked of the tile cores: one primitive of a mesh, or one procedure, at one node, all
-// instances of the node together. Both eyes and second passes included.
+// The work that a drawable of a frame caused in the tile cores. A drawable is one primitive of a mesh, or one
+// procedure, at one node, with all instances of the node. Both eyes and second passes are included.
 struct DrawableCost {
   int node = 0, mesh = 0, primitive = 0, material = 0;  // indices in the file; -1 where it has none
   std::string node_name, mesh_name, material_name;      // "" where the file names none
-  std::uint64_t instances = 1;                          // of the node; 1 where it has none
-  std::uint64_t base_patches = 0;                       // the units that the front end bounds, of all instances
-  // By the names of drawable_cost_descriptions().
+  std::uint64_t instances = 1;                          // number of instances of the node; 1 where it has none
+  std::uint64_t base_patches = 0;                       // units that the front end bounds, over all instances
+  // Cost by name; drawable_cost_descriptions() lists the names.
   std::map<std::string, std::uint64_t> costs;
 };
 
-// What there is to know of a cost.
+// Description of one cost of a drawable.
 struct DrawableCostDescription {
   std::string name, unit, meaning;
   std::string counter;  // the counter of the frame that the drawables add up to; "" when there is none
@@ -72,12 +72,12 @@ struct TrafficRow {
 
 // Cycles of a frame on the described machine.
 struct FrameTiming {
-  double cycles = 0;                          // from the frame before to this one
+  double cycles = 0;                          // from the end of the frame before to the end of this one
   double latency_cycles = 0;                  // from the frame's first patch to its last pixel
-  std::map<std::string, double> busy_cycles;  // per unit; of a unit that each core has, the mean over the cores
-  std::string bound_by;        // what the frame hangs on: a unit, or tilecores, geometry, latency, l2, caches,
+  std::map<std::string, double> busy_cycles;  // by unit; the mean over the cores for a unit that each core has
+  std::string bound_by;        // the limit of the frame: a unit, or tilecores, geometry, latency, l2, caches,
                                // tile_memory, imbalance; "" where nothing was done
-  double bound_by_cycles = 0;  // what twice as much of it saves
+  double bound_by_cycles = 0;  // cycles that doubling this limit would save
 };
 
 // Energy of a frame on the described machine.
@@ -92,13 +92,13 @@ struct MachineArea {
   std::map<std::string, double> by_unit_mm2;
 };
 
-// What there is to know of a counter; `tessera describe counters` prints the same.
+// Description of a counter; `tessera describe counters` prints the same.
 struct CounterDescription {
   std::string name;  // "unit.event"
   std::string unit;
   std::string over_frames;  // "sum" or "peak": how values of several frames become one
   std::string meaning;
-  std::string vendor;  // the counters of vendors' tools that it is like; "" when there is none
+  std::string vendor;  // similar counters of vendors' tools; "" when there is none
 };
 
 // All counters that a frame can have, by name.
@@ -107,21 +107,23 @@ TESSERA_API const std::vector<CounterDescription>& counter_descriptions();
 // With stereo.eye_separation a frame has two images.
 enum class Eye { kLeft, kRight };
 
-// A rendered frame. Immutable; copies share one content, which outlives the device. Any thread may read it. What it
-// gives by reference lives as long as the frame or a copy of it: name the frame before looping over its counters.
+// A rendered frame. Immutable; copies share one content, which outlives the device. Any thread may read it.
+// References that it returns live as long as the frame or a copy of it: name the frame before looping over its
+// counters.
 class TESSERA_API Frame {
  public:
   int number() const;
   bool has_right_eye() const;
 
-  // Names for image(): "color", with RenderOptions::auxiliary also "depth", "normal" and "invocations", with
+  // Names for image(): "color"; with RenderOptions::auxiliary also "depth", "normal" and "invocations"; with
   // RenderOptions::resolve_auxiliary "rate", "velocity", "edges", "discrepancy", "origin" and "error".
   std::vector<std::string> layers() const;
   // "color" is linear light and coverage (RGBA). Throws UsageError for a layer or an eye that the frame does not have.
   ImageView<float> image(std::string_view layer = "color", Eye eye = Eye::kLeft) const;
-  // The frame as a screen shows it, 8-bit sRGB: exposure, tone map and transfer function of output.exposure.
+  // The frame as a screen shows it, 8-bit sRGB after exposure, tone map and transfer function of output.exposure.
   ImageView<std::uint8_t> display(Eye eye = Eye::kLeft) const;
-  // Base patch + 1 of each pixel's first sample, 0 where nothing is seen; with RenderOptions::auxiliary.
+  // Number of the base patch that each pixel's first sample shows, plus 1; 0 where the sample shows no surface. Needs
+  // RenderOptions::auxiliary.
   ImageView<std::uint32_t> patches(Eye eye = Eye::kLeft) const;
 
   // "unit.event" -> count, both eyes together. A counter whose unit did not run is absent.
@@ -132,12 +134,13 @@ class TESSERA_API Frame {
   const std::optional<FrameEnergy>& energy() const;
   const std::optional<MachineArea>& area() const;
   const std::vector<TileMap>& tile_maps() const;
-  // In the order in which nodes draw; what a frame does not ask anything for has zeros.
+  // Costs of all drawables in the order in which nodes draw. Drawables without work in this frame have zeros.
   const std::vector<DrawableCost>& drawables() const;
-  // Effects of docs/effects.md and whether they ran.
+  // Effects of docs/shading.md and whether they ran.
   const std::map<std::string, bool>& effects() const;
 
-  // Time on the host; of its stages, too. "tile_threads" and "resolve_threads" are summed over threads.
+  // Time on the host for the frame and for each of its stages. "tile_threads" and "resolve_threads" are sums over
+  // threads.
   double host_seconds() const;
   const std::map<std::string, double>& stage_seconds() const;
 

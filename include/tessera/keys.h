@@ -12,29 +12,30 @@
 
 namespace tessera {
 
-// The value of a key. Whole numbers are taken where real ones are asked for; a text, as on the command line, for all.
+// The value of a key. Keys of real numbers take whole numbers as well; every key takes its text as on the command
+// line.
 using Value = std::variant<bool, std::int64_t, double, std::string>;
 
-// What there is to know of a key; `tessera describe settings` and `tessera describe gpu` print the same.
+// Description of a key; `tessera describe settings` and `tessera describe gpu` print the same.
 struct KeyDescription {
   std::string name;  // "tile.width"
   std::string type;  // "integer", "number", "boolean", "choice", "text"
   std::string unit;  // "" for pure numbers and choices
   Value default_value;
-  double min = 0, max = 0;           // of numbers, inclusive
-  std::vector<std::string> choices;  // of choices
+  double min = 0, max = 0;           // range of a number, inclusive
+  std::vector<std::string> choices;  // words of a choice
   std::string meaning;               // one sentence
-  std::string source;                // where a number of the machine is from; "" for settings
+  std::string source;                // source of the machine's number; "" for settings
 };
 
-// The described machine: every number and choice of docs/gpu.md, by its key. A value.
+// The described machine: every number and choice of docs/gpu.md, by its key. Copies are independent.
 class TESSERA_API Gpu {
  public:
-  // A preset ("entry-mobile", "mid-mobile", "high-mobile", "v3d"), or a JSON file of keys nested by their dots.
-  // Throws UsageError for an unknown preset, InputError for a file that is no such machine.
+  // Takes a preset ("entry-mobile", "mid-mobile", "high-mobile", "v3d") or a JSON file of keys nested by their dots.
+  // Throws UsageError for an unknown preset, InputError for a file that does not describe a machine.
   explicit Gpu(const std::string& preset_or_file = "mid-mobile");
-  // The same from JSON text: {"preset": "small", "tile": {"width": 16}}; what it leaves out is that of its preset.
-  // Throws InputError.
+  // Takes the same from JSON text: {"preset": "entry-mobile", "tile": {"width": 16}}. Keys that the text leaves out have the
+  // values of its preset. Throws InputError.
   static Gpu from_json(std::string_view text);
   Gpu(const Gpu& other);
   Gpu(Gpu&& other) noexcept;
@@ -42,12 +43,12 @@ class TESSERA_API Gpu {
   Gpu& operator=(Gpu&& other) noexcept;
   ~Gpu();
 
-  // Throw UsageError for an unknown key, naming the nearest known one, or a value out of range. Keys that must fit each
-  // other are checked by the device.
+  // Both throw UsageError for an unknown key, naming the nearest known one; set() also for a value out of range. The
+  // device checks keys that must fit each other.
   Gpu& set(std::string_view key, const Value& value);
   Value get(std::string_view key) const;
 
-  // All of it, nested by the dots of the keys.
+  // All keys as JSON, nested by the dots of the keys.
   std::string json() const;
 
   static std::vector<std::string> presets();
@@ -61,7 +62,7 @@ class TESSERA_API Gpu {
   std::unique_ptr<Content> content_;
 };
 
-// How frames are rendered: every choice of docs/settings.md, by its key. A value; as made, all are the defaults.
+// How frames are rendered: every choice of docs/settings.md, by its key. Copies are independent.
 class TESSERA_API Settings {
  public:
   Settings();
@@ -71,11 +72,11 @@ class TESSERA_API Settings {
   Settings& operator=(Settings&& other) noexcept;
   ~Settings();
 
-  // As those of Gpu.
+  // Both throw UsageError as Gpu's do.
   Settings& set(std::string_view key, const Value& value);
   Value get(std::string_view key) const;
 
-  // {"key": value, ...}
+  // All keys as JSON: {"key": value, ...}
   std::string json() const;
 
   static const std::vector<KeyDescription>& keys();

@@ -11,61 +11,63 @@
 
 namespace tessera {
 
-// How a file is read, and what that may cost; more is refused with a LimitError before it is allocated.
+// How a file is read, and the limits of reading it. A file that exceeds one is refused with a LimitError before memory is allocated.
 struct ReadLimits {
   std::uint64_t max_bytes = 4ull << 30;       // decoded data of one scene, all together
   std::uint64_t max_file_bytes = 2ull << 30;  // any one file
-  // What glTF forbids is an InputError also where its meaning is clear; else it is one of Scene::notices().
+  // Strict reading makes every violation of glTF an InputError. Otherwise a violation whose meaning is clear becomes
+  // one of Scene::notices().
   bool strict = false;
-  // KHR_materials_variants: whose materials are drawn, by name, one of Scene::variants(); without, those that the file
-  // draws by itself. A name that the file lacks is a UsageError that lists its names.
+  // Variant of KHR_materials_variants whose materials are drawn, one of Scene::variants(). Without it, the file's
+  // default materials are drawn. A name that the file lacks is a UsageError that lists the file's names.
   std::optional<std::string> variant{};
 };
 
-// What of a file is drawn and how it is looked at, where that is not what the file says: the words of the options
-// --scene, --camera, --animation, --orbit, --lens and --shutter, with the same meaning.
+// Overrides of the file's own view: each member takes the words of the option of the same name (--scene, --camera,
+// --animation, --orbit, --lens, --shutter).
 struct View {
-  std::optional<std::string> scene{};      // name or number
-  std::optional<std::string> camera{};     // name or number, or that of a node; "auto": the scene is framed
-  std::optional<std::string> animation{};  // name or number of the only one that plays; "all", "none"
+  std::optional<std::string> scene{};  // name or number
+  std::optional<std::string>
+      camera{};  // name or number of a camera, or name of a node with one; "auto" frames the scene
+  std::optional<std::string> animation{};  // name or number of the only one that plays; or "all", "none"
   std::optional<std::string> orbit{};      // frames the scene from "DEGREES[:ELEVATION]" around it
   std::optional<std::string> lens{};       // "RADIUS[:FOCUS]" in scene units
   std::optional<std::string> shutter{};    // "OPEN:CLOSE" in fractions of a frame
 };
 
-// A light that casts shadows, as a file asks for it.
+// A light for which the file requests shadows.
 struct Shadow {
-  int light = 0;        // of the file's lights; every node that has it casts
+  int light = 0;        // index in the file's lights; every node that has it casts
   int size = 0;         // texels along a map's side
   int cascades = 1;     // maps of a directional light
-  double distance = 0;  // scene units from the camera that they reach; 0: as far as the scene does
+  double distance = 0;  // reach from the camera in scene units; 0: to the end of the scene
 };
 
-// A capture: what is drawn, and how its file wants it to be drawn. Immutable; copies share one content, and any number
-// of devices on any threads may render it.
+// A capture: a scene and the way in which its file wants it drawn. Immutable; copies share one content, and any
+// number of devices on any threads may render it.
 class TESSERA_API Scene {
  public:
-  // Reads any glTF 2.0 asset (.gltf or .glb). The file is not trusted.
-  // Throws InputError for what glTF forbids, UsageError for a variant, scene, camera or animation that the file lacks,
-  // which lists those that it has, and for words of `view` that mean nothing, LimitError, SystemError.
+  // Reads any glTF 2.0 asset (.gltf or .glb). The file is not trusted. Throws InputError for content that glTF
+  // forbids; UsageError for a variant, scene, camera or animation that the file lacks (the message lists the names
+  // that it has) and for invalid words in `view`; LimitError; SystemError.
   explicit Scene(const std::filesystem::path& file, const ReadLimits& limits = {}, const View& view = {});
 
   const std::filesystem::path& file() const;
-  // Of the image that the file asks for, in pixels; 1280x720 if it does not.
+  // Size of the image that the file asks for, in pixels; 1280x720 if it asks for none.
   int width() const;
   int height() const;
-  // The frames that the file asks for are first_frame() to first_frame() + frame_count() - 1; any other renders as well.
+  // The file asks for the frames from first_frame() to first_frame() + frame_count() - 1; any other frame renders as well.
   int first_frame() const;
   int frame_count() const;
   double frame_rate() const;  // per second
-  // Names of the file's variants of materials; empty where it has none.
+  // The lights that the file wants to cast shadows. If there is none, light passes through all surfaces.
   const std::vector<std::string>& variants() const;
   // The lights that the file wants to cast shadows; without any, lights shine through everything.
   std::vector<Shadow> shadows() const;
-  // Names of the passes that the file describes; empty where passes follow from shadows, materials and settings. A Device
-  // refuses passes that this machine does not render (InputError).
+  // Names of the passes that the file describes; empty where passes follow from shadows, materials and settings. A
+  // Device refuses passes that this machine does not render (InputError).
   std::vector<std::string> passes() const;
-  // What the reader skipped or assumed, for people; one line each.
+  // Messages about content that the reader skipped or assumed; one line each.
   const std::vector<std::string>& notices() const;
 
   struct Content;

@@ -1,6 +1,6 @@
 #pragma once
 
-// Everything: read a scene, describe a machine, make a device, render frames.
+// The whole public interface: read a scene, describe a machine, make a device, render frames.
 #include <tessera/device.h>
 #include <tessera/error.h>
 #include <tessera/frame.h>

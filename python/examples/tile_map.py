@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Renders a frame for tiles of several sizes; plots counters over the size and shows a map of the work of each tile.
+"""Renders a frame with tiles of several sizes, plots counters over the size and maps the work of each tile.
 
     python3 python/examples/tile_map.py captures/eggs.glb tile_map.png
 """

@@ -1,4 +1,4 @@
-"""An emulator of a tile-based deferred GPU: scenes in; images, counters, traffic, cycles, energy out.
+"""An emulator of a tile-based deferred GPU. It takes scenes and gives images, counters, traffic, cycles and energy.
 
     import tessera
     device = tessera.Device(tessera.Scene("captures/eggs.glb"), tessera.Gpu("small", tile__width=32), width=640, height=360)

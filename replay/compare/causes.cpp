@@ -18,9 +18,9 @@ namespace {
 
 using nlohmann::json;
 
-// Parts of a level that are shown; the others are one line.
+// Number of shown parts of a level; the others are one line.
 constexpr std::size_t kPartsShown = 4;
-// A quantity of the scene has changed where it is so much larger or smaller.
+// Least relative change of a quantity of the scene that counts as a change.
 constexpr double kLeastChange = 0.01;
 
 std::string signed_count(double value) {
@@ -37,7 +37,7 @@ std::string signed_bytes(double value) {
 
 // ---- What changed -------------------------------------------------------------------------------------------------
 
-// Means over the frames that are compared.
+// Means over the compared frames.
 class SceneFacts {
  public:
   SceneFacts(const RunStatistics& run, const std::vector<int>& frames) {
@@ -75,7 +75,8 @@ class SceneFacts {
     return at == capture_.end() ? std::nullopt : std::optional(at->second);
   }
   double passes() const { return frames_ == 0 ? 0 : passes_ / static_cast<double>(frames_); }
-  // Hits of triangles for each sample that sees a surface, without those of passes that make no image, as shadow maps.
+  // Hits of triangles for each sample that sees a surface. Passes that make no image, such as shadow maps, do not
+  // count.
   double layers() const {
     const double seen = counter("tilecore.samples_visible");
     return seen > 0 && frames_ > 0 ? image_hits_ / static_cast<double>(frames_) / seen : 0;
@@ -153,7 +154,7 @@ void add_ratio(const std::string& what, double a, double b, const char* format, 
       fmt::format("{}: {} -> {}", what, fmt::format(fmt::runtime(format), a), fmt::format(fmt::runtime(format), b)));
 }
 
-// As add_ratio(), also where one of them has none.
+// As add_ratio(), also where one of the figures is 0.
 void add_figure(const std::string& what, double a, double b, const char* format, Weighted& changes) {
   if (a > 0 && b > 0) return add_ratio(what, a, b, format, changes);
   if (a <= 0 && b <= 0) return;
@@ -206,8 +207,8 @@ bool another_capture(const Comparison& c, std::size_t run) {
   return file(a) != file(b);
 }
 
-// The figures that tell two captures apart: how much is drawn, seen and shaded. Nothing of one is in the other, so names of
-// drawables say nothing. The order is that of the work: geometry, image, shading, passes.
+// The figures that distinguish two captures: how much is drawn, seen and shaded. The captures share no drawables, so
+// names of drawables say nothing. The figures are in the order of the work: geometry, image, shading, passes.
 std::vector<Cause> capture_changes(const SceneFacts& a, const SceneFacts& b) {
   Weighted figures;
   const auto counter = [&](const char* what, const char* name) {

@@ -15,13 +15,13 @@ struct Cause {
   std::vector<Cause> parts;
 };
 
-// Why run `run` takes more or less time than the first: what was changed (the capture, keys, the size of the image, what is in
-// the scene), then where the cycles went by drawable and by unit, then bytes. What changed is in the order of causes: keys
-// and what came or went before what grew, the largest first. Cycles of a level, the line of what is left out included, add
-// up to the difference.
+// Explains why run `run` takes more or less time than the first one: first the changes (the capture, keys, the size of
+// the image, the contents of the scene), then the cycles by drawable and by unit, then bytes. Changes are in the order
+// of causes: keys and parts that appeared or disappeared before parts that grew, the largest first. The cycles of a
+// level, including its line for the omitted parts, add up to the difference.
 //
 // Invariants (cited by the tests):
-//   WHY1  Of a single change to the scene or the settings the first part of "what changed" names it.
+//   WHY1  After a single change to the scene or the settings, the first part of "what changed" names it.
 //   WHY2  Cycles by drawable, and by unit where the runs have a critical path, add up to the difference.
 Cause causes_of(const Comparison& comparison, std::size_t run);
 

@@ -17,7 +17,7 @@ namespace {
 
 using nlohmann::json;
 
-// What changes most from the first run, in any of the others.
+// The largest change of a row from the first run, among the other runs.
 double largest_change(const Comparison& c, Section section, const std::string& name) {
   double most = 0;
   for (const RunFigures& figures : c.figures)
@@ -66,7 +66,7 @@ Comparison compare_statistics(std::vector<RunStatistics> runs, const std::vector
   else if (same)
     c.frames = {frames[0]};
   if (frames.empty() && c.frames.empty())
-    c.notes.emplace_back("no frame is in all of them: figures are those of all frames of each");
+    c.notes.emplace_back("the runs have no frame in common: each run's figures cover all its frames");
   for (std::size_t r = 0; r < c.runs.size(); ++r) {
     const RunStatistics& run = c.runs[r];
     if (frames.empty()) c.frames_of.push_back(c.frames.empty() ? run.frames : c.frames);

@@ -116,7 +116,7 @@ void add_frame(const json& frame, double share, double clock_mhz, RunFigures& ou
   add_counters(member(&frame, "counters"), out.of(Section::kCounters));
 }
 
-// What bounds the most cycles of the frames.
+// The unit that bounds the most cycles of the frames.
 std::string max_bounding(const std::vector<const json*>& frames) {
   std::map<std::string, double> cycles;
   for (const json* frame : frames) {
@@ -145,7 +145,7 @@ std::map<std::string, json> RunStatistics::keys() const {
   if (const json* capture = member(&root, "capture"); capture != nullptr && capture->is_object())
     for (const auto& [name, value] : capture->items())
       if (name != "notices") flatten(value, "capture." + name, out);
-  // The first frame speaks for all: what its effects were decides much.
+  // The first frame stands for all: its effects have a large influence.
   if (const json* effects = member(&root["frames"][0], "effects")) flatten(*effects, "effect", out);
   return out;
 }

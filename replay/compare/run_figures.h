@@ -15,16 +15,17 @@ namespace tessera::replay {
 struct RunStatistics {
   std::filesystem::path file;
   nlohmann::json root;
-  std::vector<int> frames;  // their numbers, in the file's order
+  std::vector<int> frames;  // numbers of the frames, in the file's order
 
-  // What the replay was of and with: "capture.file", "tile.width", "shading.rate", ... Host times are no key.
+  // Capture, settings and machine of the replay: "capture.file", "tile.width", "shading.rate", ... Host times are not
+  // among the keys.
   std::map<std::string, nlohmann::json> keys() const;
 };
 
 // Throws InputError naming the file and the place in it.
 RunStatistics read_run(const std::filesystem::path& file_or_folder);
 
-// Names of all runs' frames that all of them have; empty where there are none.
+// Numbers of the frames that all runs have; may be empty.
 std::vector<int> common_frames(const std::vector<RunStatistics>& runs);
 
 // Sections of figures that a comparison shows, in order. All but counters are means over the frames.
@@ -39,7 +40,7 @@ const SectionInfo& info(Section section);
 inline constexpr const char *kTimeRow = "time_ms", *kCyclesRow = "cycles", *kEnergyRow = "energy_mj",
                             *kTrafficRow = "dram_bytes";
 
-// Of one run over some of its frames. What a file does not have is not there.
+// Figures of one run over some of its frames. Figures that the file lacks are missing here.
 struct RunFigures {
   std::map<std::string, double> sections[kSectionCount];
   std::string bound_by;

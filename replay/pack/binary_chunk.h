@@ -15,22 +15,22 @@
 
 namespace tessera::replay {
 
-// What reads an accessor; glTF 2.0 section 3.6.2 says how its buffer view must look.
+// Reader of an accessor; glTF 2.0 section 3.6.2 restricts the accessor's buffer view accordingly.
 enum class AccessorUse { kOther, kVertices, kIndices };
 
-// The binary chunk of a .glb under construction and the buffer views that divide it. What it takes from the source
-// document it takes once, however often it is asked for.
+// The binary chunk of a .glb under construction and the buffer views that divide it. Data of the source document is
+// copied once, however often it is asked for.
 //
 // Invariants (cited by the tests):
-//   BIN1  What views read (of a compressed one, its stream) starts at multiples of four, in the order of the chunk,
-//         without overlap; less than four bytes lie between.
-//   BIN2  Views of vertex attributes have a byteStride, a multiple of four; no others have.
-//   BIN3  A view holds what one accessor, sparse part, Draco stream or image reads and nothing else.
-//   BIN4  Compressed views unpack into buffer 1, a fallback that has no data and is just as long as they need.
+//   BIN1  The bytes that views read (of a compressed view, its stream) start at multiples of four, in the order of the
+//         chunk, without overlap; less than four bytes lie between.
+//   BIN2  Views of vertex attributes have a byteStride, a multiple of four; other views have none.
+//   BIN3  A view holds the bytes that one accessor, sparse part, Draco stream or image reads, and nothing else.
+//   BIN4  Compressed views unpack into buffer 1, a fallback without data that is exactly as long as they need.
 class BinaryChunk {
  public:
-  // `source` must outlive the chunk; its accessors and views must have been validated.
-  // `meshopt`: accessors are compressed without loss where that makes them smaller, and compressed ones stay so.
+  // `source` must outlive the chunk; its accessors and views must have been validated. `meshopt`: accessors are
+  // compressed without loss where that makes them smaller, and compressed ones stay compressed.
   explicit BinaryChunk(scene::gltf::Document& source, bool meshopt = false) : source_(source), meshopt_(meshopt) {}
 
   // Appends bytes and returns the number of their view.
@@ -43,14 +43,14 @@ class BinaryChunk {
   // Copies a whole view of the source (a Draco stream, an image) and returns its new number.
   std::size_t copy_view(std::size_t source_view);
 
-  // Copies what an accessor of the source reads, sparse parts included, and points it at the copies.
+  // Copies the bytes that an accessor of the source reads, sparse parts included, and points it at the copies.
   void copy_accessor(nlohmann::json& accessor, AccessorUse use);
 
   const std::vector<std::uint8_t>& bytes() const { return bytes_; }
   const nlohmann::json& views() const { return views_; }
   // The document's "buffers": the chunk, and the fallback where there are compressed views.
   nlohmann::json buffers() const;
-  // Names under which views are compressed.
+  // Extension names under which views are compressed.
   const std::set<std::string>& extensions() const { return extensions_; }
 
  private:

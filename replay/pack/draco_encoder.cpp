@@ -47,16 +47,16 @@ AttributeClass class_of(const std::string& name) {
   return {draco::GeometryAttribute::GENERIC, &QuantizationBits::generic};
 }
 
-// Draco predicts values by what they are called, and its predictions of normals and coordinates are those of integers that
-// it made itself: others come out as other values.
+// Draco's prediction depends on an attribute's type, and for normals and coordinates it expects integers that Draco
+// quantised itself: other integers would be decoded to other values.
 draco::GeometryAttribute::Type type_of(const DracoAttribute& attribute) {
   const bool own = attribute.component_type == gltf::kFloat && !attribute.exact;
   return own || attribute.name == "POSITION" ? class_of(attribute.name).type : draco::GeometryAttribute::GENERIC;
 }
 
-// Has Draco keep values on the grid where they lie: whole steps from the least one on. Draco divides the range of all values
-// by what the bits count to; a value that no vertex has makes that range as many steps. (A range that is told to it passes
-// through a text of six decimals.)
+// Makes Draco keep values on their grid: whole steps from the least one on. Draco divides the range of all values by
+// 2^bits - 1 steps; an extra value that no vertex has makes the range exactly so many steps long. (Draco would pass an
+// explicit range through a text of six decimals.)
 void keep_on_grid(const DracoAttribute& attribute, int id, draco::Mesh& mesh, draco::ExpertEncoder& encoder) {
   const auto components = static_cast<std::size_t>(attribute.components);
   std::vector<float> low(attribute.values.begin(), attribute.values.begin() + attribute.components), high = low;

@@ -7,11 +7,11 @@
 
 namespace tessera::replay {
 
-// More bits than a float has are of no use, and Draco's tables grow with 2^bits: at 30 bits it takes seconds and
-// gigabytes.
+// Upper limit on bits. More bits than a float has are useless, and Draco's tables grow with 2^bits: at 30 bits it takes
+// seconds and gigabytes.
 inline constexpr int kMaxBits = 24;
 
-// How many bits quantised attributes keep. [spec] the defaults of gltf-transform and the Draco command line, with two
+// Numbers of bits of quantised attributes. [spec] the defaults of gltf-transform and the Draco command line, with two
 // bits more for positions.
 struct QuantizationBits {
   int position = 16, normal = 10, texcoord = 12, color = 8, generic = 12;
@@ -19,13 +19,13 @@ struct QuantizationBits {
 
 // An attribute as a glTF accessor describes it.
 struct DracoAttribute {
-  std::string name;  // glTF's: decides quantisation
+  std::string name;  // the glTF name, which selects the quantisation
   int components = 3;
   int component_type = 5126;  // glTF's number
   bool normalized = false;
   std::vector<float> values;  // scalars; integers (before normalisation) as their values
-  // Of floats that lie on a grid: the power of two of its step. Else they are quantised on a grid of their own extent,
-  // unless they are to stay exact.
+  // For floats on a grid: the exponent of its step, a power of two. Other floats are quantised on a grid of their own
+  // extent, unless they must stay exact.
   std::optional<int> exponent{};
   bool exact = false;
 };
@@ -38,7 +38,7 @@ struct DracoInput {
 
 struct DracoOutput {
   std::vector<std::uint8_t> bytes;
-  std::vector<int> unique_ids;  // of the attributes, in the order of the input
+  std::vector<int> unique_ids;  // ids of the attributes, in the order of the input
 };
 
 // Compresses a triangle mesh. Sequential order keeps the numbering of vertices and triangles; edgebreaker packs better

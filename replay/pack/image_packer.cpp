@@ -19,7 +19,7 @@ namespace gltf = scene::gltf;
 constexpr const char* kWebp = "EXT_texture_webp";
 constexpr int kMaxWebpSide = 16383;
 
-// Images that displace surfaces: what a photograph may lose is a dent in a surface.
+// Images that displace surfaces: a loss that is invisible in a photograph is a dent in a surface.
 std::set<std::size_t> height_images(const json& d) {
   std::set<std::size_t> images;
   if (!d.contains("materials")) return images;
@@ -95,7 +95,7 @@ std::size_t move_images(gltf::Document& document, json& d, BinaryChunk& chunk, c
       if (std::string(mime_type_of(bytes)).empty())
         document.root.at("images").at(i).refuse("is no image that is known");
     } catch (const InputError& error) {
-      // The asset has been read: nothing samples it.
+      // The reader has accepted the asset, so no texture samples this image.
       notices.push_back(
           fmt::format("{}: {}; nothing samples it, a white pixel stands for it", error.place(), error.fault()));
       image["mimeType"] = "image/png";

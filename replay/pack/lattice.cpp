@@ -40,10 +40,10 @@ bool is_float(const gltf::Document& document, std::size_t accessor) {
 
 bool on_grid(float value, int exponent) { return std::abs(std::ldexp(static_cast<double>(value), -exponent)) < 0x1p23; }
 
-// By vertex: whether a triangle with an area has it. All, where there is none.
+// By vertex: whether a triangle with an area uses it. All vertices, where there is no such triangle.
 std::vector<bool> drawn_vertices(gltf::Document& document, const json& primitive, const std::vector<Vec3>& positions,
                                  bool deforms) {
-  // Patches are drawn by all of their points.
+  // A patch uses all of its control points.
   if (gltf::find_extension(primitive, "TESSERA_bezier_patches") != nullptr)
     return std::vector<bool>(positions.size(), true);
   std::vector<std::uint32_t> indices;
@@ -107,7 +107,7 @@ struct Vec3Hash {
   }
 };
 
-// Whether the grid of one place is that of the other: quarter turns, mirrors and steps of the grid.
+// Whether a transform between two places maps grid points to grid points: quarter turns, mirrors and steps of the grid.
 bool keeps_grid(const DMat4& between, int exponent) {
   constexpr double kClose = 1e-9;
   for (int row = 0; row < 3; ++row) {
@@ -209,7 +209,7 @@ void Lattices::join_touching(gltf::Document& document, const scene::Capture& cap
     all.mantissa = std::max(all.mantissa, extent.mantissa);
   }
   for (const auto& [key, extent] : of_groups) {
-    // One mesh far from its origin has the bits that floats have there; a small one beside a large one keeps its own.
+    // A single mesh far from its origin has the precision of floats there; a small mesh beside a large one stays exact.
     const bool fits = members[key.first] == 1 || extent.mantissa <= extent.step;
     grids_[key] = fits ? std::optional(std::max(extent.step == 127 ? extent.mantissa : extent.step, extent.mantissa))
                        : std::nullopt;

@@ -13,26 +13,26 @@
 
 namespace tessera::replay {
 
-// The grids of powers of two on which packing puts float values. They begin at zero, so a value lies where it lies
-// whatever it is stored with.
+// The grids of powers of two to which packing rounds float values. They begin at zero, so the rounded value does not
+// depend on the other values stored with it.
 //
 // Invariants (cited by the tests):
-//   LT1  Drawn values move by at most half of extent / (2^bits - 1), or of what 24 bits with sign can tell apart: extent
-//        is that of the drawn values of a mesh, and of colours, weights and tangents the largest size of one.
+//   LT1  Drawn values move by at most half of extent / (2^bits - 1), or of a step of 24 bits with sign. The extent is
+//        the range of the drawn values of a mesh; for colours, weights and tangents it is the largest size of a value.
 //   LT2  Vertices that lie in one place of the world at rest lie in one place after packing.
-//   LT3  What nobody draws makes no grid coarser: vertices that no triangle names, triangles without area.
+//   LT3  Undrawn values make no grid coarser: vertices that no triangle names, triangles without area.
 class Lattices {
  public:
-  // `capture` is what `document` reads as.
+  // `capture` was read from `document`.
   Lattices(scene::gltf::Document& document, const scene::Capture& capture, const QuantizationBits& bits);
 
-  // Puts a float attribute of a primitive of `mesh` on its grid, and says so in it; normals stay for the encoder. What
-  // has no grid stays exact. Integers are left alone.
+  // Rounds a float attribute of a primitive of `mesh` to its grid, and sets the grid's exponent in it; the encoder
+  // quantises normals. Values without a grid stay exact. Integers are left alone.
   void apply(std::size_t mesh, DracoAttribute& attribute) const;
 
  private:
   struct Extent {
-    int step = 127;       // the exponent that the bits ask for
+    int step = 127;       // the exponent for the requested bits
     int mantissa = -100;  // the least exponent with which drawn values have 24 bits
   };
   void measure(scene::gltf::Document& document, const nlohmann::json& primitive, bool deforms, std::size_t mesh,
@@ -40,7 +40,7 @@ class Lattices {
   void join_touching(scene::gltf::Document& document, const scene::Capture& capture);
   std::size_t group_of(std::size_t mesh) const;
 
-  std::vector<std::size_t> parents_;                                         // of meshes that touch, as a forest
+  std::vector<std::size_t> parents_;                                         // meshes that touch, as a forest
   std::map<std::pair<std::size_t, std::string>, Extent> extents_;            // by mesh and attribute
   std::map<std::pair<std::size_t, std::string>, std::optional<int>> grids_;  // by group and attribute
 };

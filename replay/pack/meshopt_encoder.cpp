@@ -37,7 +37,7 @@ std::pair<float, float> range_of(const std::vector<float>& values, std::size_t c
   return {low, high};
 }
 
-// The grid of all components of an attribute: that of the largest extent.
+// The grid of all components of an attribute: the grid of its largest extent.
 int grid_of(const DracoAttribute& attribute, int bits) {
   const auto components = static_cast<std::size_t>(attribute.components);
   float extent = 0, farthest = 0;
@@ -93,7 +93,7 @@ MeshoptAttribute unorm(const DracoAttribute& attribute, std::size_t count, int b
       sum += integers[c];
       if (integers[c] > integers[largest]) largest = c;
     }
-    // What rounding took from the sum or gave to it, the largest value has.
+    // The largest value takes the rounding error of the sum.
     if (unit_sum && sum > 0) integers[largest] += max - sum;
     for (std::size_t c = 0; c < components; ++c) {
       if (bytes)
@@ -185,7 +185,7 @@ MeshoptStream encode_indices(std::span<const std::uint32_t> indices, std::size_t
 
 int grid_exponent(float low, float high, int bits) {
   const double step = (static_cast<double>(high) - static_cast<double>(low)) / (std::exp2(bits) - 1);
-  // Below the range of the filter's exponent there is nothing to be seen.
+  // Values without an extent get the least exponent of the filter.
   const int by_extent = step > 0 ? static_cast<int>(std::floor(std::log2(step))) : -100;
   const double farthest = std::max(std::abs(static_cast<double>(low)), std::abs(static_cast<double>(high)));
   const int by_mantissa =

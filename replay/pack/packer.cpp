@@ -77,8 +77,8 @@ void as_integers(std::vector<float>& values, int component_type) {
   for (float& v : values) v = std::round(v * scale);
 }
 
-// Scalars of an accessor as Draco wants them: normalised integers as the integers they are. The asset has been read: what
-// is no number here belongs to a vertex that no index names.
+// Scalars of an accessor in Draco's form: normalised integers as their integers. The asset has been read: a value that
+// is not finite belongs to a vertex that no index names.
 DracoAttribute read_attribute(gltf::Document& document, const std::string& name, std::size_t accessor) {
   const gltf::AccessorLayout layout = gltf::accessor_layout(document.json, accessor);
   DracoAttribute out{name, layout.components, layout.component_type, layout.normalized,
@@ -87,11 +87,11 @@ DracoAttribute read_attribute(gltf::Document& document, const std::string& name,
   return out;
 }
 
-// Application-specific attributes ("_NAME") stay outside the stream: nobody but the application knows what rounding
-// does to them.
+// Application-specific attributes ("_NAME") stay outside the stream: only the application knows the effect of rounding
+// on them.
 bool application_specific(const std::string& attribute) { return attribute.starts_with("_"); }
 
-// Whether something outside the Draco stream counts on the order of the vertices.
+// Whether something outside the Draco stream depends on the order of the vertices.
 bool order_matters(const json& primitive) {
   const json& attributes = primitive["attributes"];
   return primitive.contains("targets") || gltf::find_extension(primitive, "TESSERA_bezier_patches") != nullptr ||
@@ -223,8 +223,8 @@ bool encode_clusters(scene::GeometryEncoding encoding, DracoInput& input, json& 
   return true;
 }
 
-// As compress_primitive, with meshoptimizer: attributes and indices become compressed views, whose numbers `placed` has
-// by accessor. A primitive that is compressed so already keeps its streams.
+// As compress_primitive, with meshoptimizer: attributes and indices become compressed views, and `placed` maps
+// accessors to their numbers. A primitive that is already compressed in this way keeps its streams.
 bool compress_with_meshopt(gltf::Document& document, json& out, json& primitive, const PackOptions& options,
                            const Lattices& lattices, std::size_t mesh, BinaryChunk& chunk,
                            std::map<std::size_t, std::size_t>& placed, ClusterStreams& streams) {
@@ -332,7 +332,7 @@ void for_each_accessor_use(json& d, const std::function<void(json&, AccessorUse)
       }
 }
 
-// glTF wants ranges of positions and key times; where an asset lacks them, they are those of its values.
+// glTF requires ranges of positions and key times; where an asset lacks them, they are computed from the values.
 void add_missing_ranges(gltf::Document& document, json& out) {
   gltf::for_each_accessor_use(document.json, document.root, [&](const gltf::AccessorUsed& use, const gltf::Place&) {
     const bool positions = use.name == "POSITION" && use.role != gltf::AccessorRole::kInstances;
@@ -345,8 +345,8 @@ void add_missing_ranges(gltf::Document& document, json& out) {
   });
 }
 
-// Drops accessors that nothing names, renumbers the others and moves their data into the chunk.
-// `placed`: those whose data are in the chunk already, with their views.
+// Drops accessors without a reference, renumbers the others and moves their data into the chunk. `placed`: accessors
+// whose data is already in the chunk, with their views.
 void move_accessors(json& d, BinaryChunk& chunk, const std::map<std::size_t, std::size_t>& placed) {
   std::map<std::pair<std::size_t, AccessorUse>, std::size_t> number;
   json kept = json::array();
@@ -366,7 +366,8 @@ void move_accessors(json& d, BinaryChunk& chunk, const std::map<std::size_t, std
   if (d["accessors"].empty()) d.erase("accessors");
 }
 
-// Extension objects that Tessera does not know are kept as they are, so they must not name what packing renumbers.
+// Extension objects that Tessera does not know are kept unchanged, so they must not name objects that packing
+// renumbers.
 void refuse_unknown_references(const json& value, const gltf::Place& place, bool unknown) {
   if (value.is_array())
     for (std::size_t i = 0; i < value.size(); ++i) refuse_unknown_references(value[i], place.at(i), unknown);
@@ -397,7 +398,7 @@ void attach_settings(json& d, const PackOptions& options) {
         settings[key] = value;
         continue;
       }
-      // It stays what it is, with another brightness.
+      // The environment stays, with another brightness.
       settings[key] = gltf::environment_settings(d);
       settings[key]["intensity"] = value;
     }
@@ -439,7 +440,7 @@ bool any_primitive(const json& d, const Is& is) {
   return false;
 }
 
-// Moves new streams of clusters, and those of the source, into the chunk. Returns how many there are.
+// Moves new streams of clusters and the source's streams into the chunk. Returns their number.
 std::size_t move_clusters(json& d, const ClusterStreams& streams, BinaryChunk& chunk) {
   std::size_t count = 0;
   for (json& mesh : d["meshes"])
@@ -454,7 +455,7 @@ std::size_t move_clusters(json& d, const ClusterStreams& streams, BinaryChunk& c
   return count;
 }
 
-// What the data now need: nothing that was unpacked, everything that was compressed.
+// Updates the extensions to the packed data: removes the ones that were unpacked, adds the ones that compressed it.
 void list_extensions(json& d, const BinaryChunk& chunk, bool draco, bool webp) {
   const auto need = [&](const char* name) {
     for (const char* list : {"extensionsUsed", "extensionsRequired"}) add_extension(d, list, name);
@@ -499,7 +500,7 @@ json checked_json(const std::string& text, const std::string& name) {
   constexpr int kMaxDepth = 1000;  // of extras, which are kept; the reader has limited all else
   json d = parse_json(text, name, kMaxDepth);
   const gltf::Place root(name);
-  gltf::Notes notes;  // the reader's own are those that count
+  gltf::Notes notes;  // discarded: the reader makes the notes that count
   gltf::check_schema(d, root, notes);
   gltf::validate_links(d, root, notes);
   return d;

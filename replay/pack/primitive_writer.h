@@ -9,11 +9,11 @@
 
 namespace tessera::replay {
 
-// A glTF asset that is being edited: its document, and the bytes of buffer 0, to which new data are appended. What is
-// no longer named stays until the packer drops it.
+// A glTF asset that is being edited: its document, and the bytes of buffer 0, to which new data is appended.
+// Unreferenced data stays until the packer drops it.
 class EditedAsset {
  public:
-  // `binary` is the chunk of a .glb; an asset without one gets an empty buffer 0, the others move up.
+  // `binary` is the chunk of a .glb. An asset without a chunk gets an empty buffer 0, and its other buffers move up.
   EditedAsset(std::filesystem::path source, nlohmann::json document, std::vector<std::uint8_t> binary, bool has_binary);
 
   nlohmann::json document;
@@ -23,18 +23,19 @@ class EditedAsset {
 
   std::size_t add_view(std::span<const std::uint8_t> bytes);
 
-  // Replaces attributes, targets and indices of a primitive; the Draco extension and the claim of an order go.
+  // Replaces attributes, targets and indices of a primitive; removes the Draco extension and the claim of cluster
+  // order.
   void write_primitive(nlohmann::json& json_primitive, const scene::Primitive& primitive,
                        const std::vector<std::uint32_t>& indices);
 
   void use_extension(const std::string& name);
-  // Strikes a name off "extensionsUsed" or "extensionsRequired".
+  // Removes a name from "extensionsUsed" or "extensionsRequired".
   void drop_extension(const char* list, const std::string& name);
 
  private:
   template <class T>
   std::size_t add_accessor(const std::vector<T>& values, int component_type, const char* type);
-  std::size_t add_positions(const std::vector<Vec3>& positions);  // with their range
+  std::size_t add_positions(const std::vector<Vec3>& positions);  // adds their range to the accessor
   nlohmann::json target_json(const scene::MorphTarget& target, std::size_t vertex_count);
 
   std::filesystem::path source_;

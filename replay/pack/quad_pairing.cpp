@@ -15,7 +15,7 @@ namespace {
 using scene::Primitive;
 using Edge = std::pair<std::uint32_t, std::uint32_t>;
 
-// Per vertex the first one with the same point, texture coordinates and colour.
+// Per vertex: the first vertex with the same point, texture coordinates and colour.
 std::vector<std::uint32_t> first_alike(const scene::Vertices& vertices) {
   const std::vector<std::uint32_t> point = scene::weld_points(vertices);
   std::map<std::vector<std::uint32_t>, std::uint32_t> first;
@@ -106,7 +106,7 @@ class Pairing {
 
   static constexpr double kRefused = 1e9;
 
-  // 0 for a flat rectangle, more for what is bent or skewed; triangles side by side in the file often were a quad.
+  // 0 for a flat rectangle, more for a bent or skewed quad; triangles adjacent in the file were often a quad.
   double quad_cost(const std::array<std::uint32_t, 4>& quad, std::uint32_t s, std::uint32_t t) const {
     std::array<DVec3, 4> p;
     for (std::size_t k = 0; k < 4; ++k) p[k] = DVec3(positions_[quad[k]]);

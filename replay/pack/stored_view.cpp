@@ -30,7 +30,7 @@ json& appended(json& document, const char* list, json object) {
   return objects;
 }
 
-// The camera that was made to frame the scene, with its node. Returns the node's number.
+// Adds the camera that was made to frame the scene, and its node. Returns the node's number.
 std::size_t add_camera(json& document, const PackedView& packed) {
   const scene::Node& made = packed.capture.nodes.back();
   const scene::Camera& camera = packed.capture.cameras.back();
@@ -53,7 +53,7 @@ std::size_t add_camera(json& document, const PackedView& packed) {
 PackedView read_for_view(const std::filesystem::path& source, const json& settings, const ViewChoices& view,
                          bool strict) {
   PackedView packed;
-  // What is attached counts already where the scene is framed.
+  // Framing the scene already uses the attached settings.
   ViewChoices selected;
   selected.selection = view.of_file();
   packed.capture = read_capture(source, {.strict = strict}, selected, std::nullopt, &packed.scenes);

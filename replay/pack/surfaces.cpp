@@ -228,7 +228,7 @@ double two_digits(double value) {
   return std::stod(fmt::format("{:.2g}", std::round(value / unit) * unit));
 }
 
-// The primitive's own, and those that variants give it.
+// The primitive's own material, and the materials that variants give it.
 std::set<std::size_t> materials_of(const json& primitive) {
   std::set<std::size_t> numbers = {primitive["material"].get<std::size_t>()};
   if (const json* variants = gltf::find_extension(primitive, gltf::kVariants))

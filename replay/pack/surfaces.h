@@ -8,10 +8,10 @@
 
 namespace tessera::replay {
 
-// What `tessera pack` does to the surfaces of an asset before it compresses them.
+// Edits that `tessera pack` makes to the surfaces of an asset before it compresses them.
 struct SurfaceOptions {
   std::optional<int> subdivide;          // levels: meshes of triangles become cages (TESSERA_subdivision)
-  std::optional<double> crease_degrees;  // their edges that are bent by more become infinitely sharp
+  std::optional<double> crease_degrees;  // edges of these meshes that are bent by more become infinitely sharp
   bool convert = false;                  // cages become Bezier patches
   struct Displace {
     std::string heights;  // an image file, the number of a texture, or the role of a material's own texture
@@ -26,14 +26,14 @@ struct SurfaceOptions {
 SurfaceOptions::Displace parse_displace(const std::string& text);
 
 struct SurfaceReport {
-  std::size_t cages = 0, quads = 0, triangles = 0;  // marked, and their faces
-  std::size_t patches = 0;                          // written
+  std::size_t cages = 0, quads = 0, triangles = 0;  // marked cages, and their faces
+  std::size_t patches = 0;                          // patches written
   std::size_t displaced_materials = 0;
-  std::vector<std::string> notices;  // what was left as it is, and why
+  std::vector<std::string> notices;  // unchanged surfaces, and why
 };
 
-// Marks, converts, displaces, in this order. `asset` must hold a checked document; the result is to be checked again.
-// Throws UsageError where an option asks for what the asset does not have.
+// Marks, converts and displaces surfaces, in this order. `asset` must hold a checked document; the result must be
+// checked again. Throws UsageError where an option needs something that the asset lacks.
 SurfaceReport edit_surfaces(EditedAsset& asset, const SurfaceOptions& options);
 
 }  // namespace tessera::replay

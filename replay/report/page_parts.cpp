@@ -43,7 +43,7 @@ bool is_lists(const json& value) {
 
 class Packer {
  public:
-  // The document without its numbers.
+  // Removes the numbers from a document and returns the rest.
   json add(const json& value, const std::string& path) {
     if (is_column(value)) return column(value.get<Numbers>(), path);
     if (is_lists(value)) {
@@ -144,7 +144,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// What a variable says, or what the XDG base directory specification says instead.
+// The value of a variable, or the XDG base directory specification's default.
 std::string variable(const char* name, const std::string& otherwise) {
   const char* value = std::getenv(name);
   return value != nullptr && *value != '\0' ? value : otherwise;

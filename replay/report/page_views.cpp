@@ -128,7 +128,7 @@ PageViews::Rung PageViews::choose() const {
   return kLadder.back();
 }
 
-void PageViews::pack_images(json& data, std::string& scripts) {
+void PageViews::pack_images(json& data, PageElements& elements) {
   data["left_out"] = 0;
   if (images_.empty()) return;
   const Rung rung = choose();
@@ -143,13 +143,13 @@ void PageViews::pack_images(json& data, std::string& scripts) {
       ++left_out;
       continue;
     }
-    append_script(fmt::format("image-{}", k), packed[k], scripts);
+    append_script(fmt::format("image-{}", k), packed[k], k == 0 ? elements.first : elements.rest);
   }
   data["left_out"] = left_out;
   if (rung.as_it_is) return;
   data["lossy"] = true;
   data["image_note"] =
-      fmt::format("Images here are WebP of quality {}{}, to keep this file small; those of the folder are exact.",
+      fmt::format("Images here are WebP of quality {}{}, to keep this file small; the folder has exact images.",
                   rung.quality, rung.half ? " and half the size" : "");
 }
 
@@ -162,7 +162,7 @@ void PageViews::note(const std::string& map, const json& values) {
   }
 }
 
-// What the page shows of tiles_NNNN.json: without maps of zeros, in whole numbers.
+// The part of tiles_NNNN.json that the page shows: without maps of zeros, in whole numbers.
 json PageViews::page_tiles(const fs::path& file, PixelLevel level) {
   const json tiles = parse_json(read_whole_text(file), file.string());
   json out = {
@@ -194,7 +194,8 @@ json PageViews::page_tiles(const fs::path& file, PixelLevel level) {
 PageViews::PixelLevel PageViews::choose_pixels() const {
   constexpr std::size_t kSamples = 4;
   const std::size_t samples = std::min(tiles_.size(), kSamples);
-  std::array<std::uint64_t, 3> bytes{};  // with everything; with drawables; with those of a quarter of the pixels
+  std::array<std::uint64_t, 3>
+      bytes{};  // with everything; with drawables alone; with drawables of a quarter of the pixels
   for (std::size_t k = 0; k < samples; ++k) {
     const fs::path& file = tiles_[k * tiles_.size() / samples];
     const json tiles = parse_json(read_whole_text(file), file.string());
@@ -205,7 +206,8 @@ PageViews::PixelLevel PageViews::choose_pixels() const {
       for (const std::size_t step : {1, 2})
         bytes[step] += gzip_base64(pack_documents({drawable_runs(pixels, step)})).size();
     } catch (const json::exception& error) {
-      throw InputError(file.string(), "/pixels", fmt::format("is not what a replay writes: {}", error.what()));
+      throw InputError(file.string(), "/pixels",
+                       fmt::format("does not match the output of a replay: {}", error.what()));
     }
   }
   constexpr std::array kLevels = {PixelLevel::kAll, PixelLevel::kDrawables, PixelLevel::kQuarter};
@@ -214,7 +216,7 @@ PageViews::PixelLevel PageViews::choose_pixels() const {
   return PixelLevel::kNone;
 }
 
-void PageViews::finish(json& data, std::string& scripts) {
+void PageViews::finish(json& data, PageElements& elements) {
   const PixelLevel level = choose_pixels();
   if (level != PixelLevel::kAll)
     data["pixel_note"] = fmt::format("To keep this file small, its pixels name {}; tiles_NNNN.json has the rest.",
@@ -225,12 +227,13 @@ void PageViews::finish(json& data, std::string& scripts) {
       try {
         group.push_back(page_tiles(tiles_[k], level));
       } catch (const json::exception& error) {
-        throw InputError(tiles_[k].string(), "", fmt::format("is not what a replay writes: {}", error.what()));
+        throw InputError(tiles_[k].string(), "",
+                         fmt::format("does not match the output of a replay: {}", error.what()));
       }
     }
-    append_script(fmt::format("tiles-{}", first / kGroup), gzip_base64(pack_documents(group)), scripts);
+    append_script(fmt::format("tiles-{}", first / kGroup), gzip_base64(pack_documents(group)), elements.rest);
   }
-  pack_images(data, scripts);
+  pack_images(data, elements);
   data["maps"] = maps_;
   data["scales"] = json::object();
   for (const auto& [map, ends] : scales_) data["scales"][map] = {std::min(ends.first, ends.second), ends.second};

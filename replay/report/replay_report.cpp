@@ -25,7 +25,7 @@ struct ReplayStatistics {
   std::size_t stride = 1;    // frames 0, stride, 2 stride, ... are in `stats`
 };
 
-// A power of two, known when all frames have been seen: what was kept before it grew is thinned out in the end.
+// The stride is a power of two that is known only at the end: frames kept before it grew are thinned out then.
 ReplayStatistics read_statistics(const fs::path& file) {
   std::ifstream stream(file, std::ios::binary);
   if (!stream) throw InputError(file.string(), "", "cannot be opened");
@@ -46,7 +46,8 @@ ReplayStatistics read_statistics(const fs::path& file) {
     throw InputError(file.string(), "/schema", "is not tessera.stats/1");
   json& frames = out.stats.at("frames");
   if (!frames.is_array() || frames.empty()) throw InputError(file.string(), "/frames", "holds no frame");
-  if (!sound || frames.size() != kept.size()) throw InputError(file.string(), "/frames", "holds what is no frame");
+  if (!sound || frames.size() != kept.size())
+    throw InputError(file.string(), "/frames", "holds an element that is no frame");
   json thinned = json::array();
   for (std::size_t k = 0; k < kept.size(); ++k)
     if (kept[k] % out.stride == 0) thinned.push_back(std::move(frames.at(k)));
@@ -74,14 +75,14 @@ json run_of(const fs::path& folder, PageViews& views, std::string& subtitle) {
           {"views", std::move(shown)}};
 }
 
-// Of the frames that the page has.
+// Statistics of the frames that the page has.
 RunStatistics statistics_of(const fs::path& folder, const json& stats) {
   RunStatistics run{folder / "stats.json", stats, {}};
   for (const json& frame : stats.at("frames")) run.frames.push_back(whole_number(frame.at("frame")));
   return run;
 }
 
-// What a page of several runs says of each of them against the first, by run.
+// By run: the explanation of its difference from the first run, for a page of several runs.
 json why_runs(const std::vector<RunStatistics>& runs) {
   json out = json::array({nullptr});
   const Comparison comparison = compare_statistics(runs);
@@ -122,7 +123,7 @@ json replay_report(const std::vector<fs::path>& folders, PageViews& views, std::
       if (title.find(capture) == std::string::npos) title += (title.empty() ? "" : ", ") + capture;
     } catch (const json::exception& error) {
       throw InputError((folder / "stats.json").string(), "",
-                       fmt::format("is not what a replay writes: {}", error.what()));
+                       fmt::format("does not match the output of a replay: {}", error.what()));
     }
     json& label = runs.back()["label"];
     if (label == "") label = folder.string();

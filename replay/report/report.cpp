@@ -23,7 +23,8 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-// What the page's plots need of Vega 5, in the order in which they need each other. Distributions and npm ship Vega as these modules.
+// The parts of Vega 5 that the page's plots need, in the order of their dependencies. Distributions and npm ship Vega
+// as these modules.
 constexpr std::array kVegaModules = {
     "vega-util",       "vega-time",       "vega-format",          "vega-loader",     "vega-dataflow",
     "vega-canvas",     "vega-scale",      "vega-scenegraph",      "vega-expression", "vega-selection",
@@ -58,7 +59,7 @@ std::string vega_script() {
   return text + "};\n";
 }
 
-// Fills the template's @NAMES@, each of which is there once; what is filled in is not looked at again.
+// Replaces the template's @NAMES@, each of which occurs once; inserted text is not searched again.
 std::string fill_page(const std::vector<std::pair<std::string_view, std::string_view>>& parts) {
   std::string_view rest = page_files().at("page.html");
   std::size_t bytes = rest.size();
@@ -82,10 +83,10 @@ json meanings(const std::vector<std::string>& topics, const char* name) {
 }
 
 void write_page(const fs::path& file, const char* kind, json data, PageViews& views) {
-  std::string scripts;
-  views.finish(data, scripts);
+  PageElements elements;
+  views.finish(data, elements);
   data["kind"] = kind;
-  write_file_atomically(file, page_text(std::move(data), "", std::move(scripts)));
+  write_file_atomically(file, page_text(std::move(data), "", std::move(elements)));
 }
 
 // Charged events as the page's panels of units show them: the keys of their rates and energies.
@@ -116,7 +117,7 @@ std::string missing_for_reports() {
   return "";
 }
 
-std::string page_text(json data, const std::string& nonce, std::string scripts) {
+std::string page_text(json data, const std::string& nonce, PageElements elements) {
   data["counters"] = meanings({"counters"}, "name");
   data["keys"] = meanings({"settings", "gpu"}, "key");
   data["events"] = events();
@@ -129,9 +130,13 @@ std::string page_text(json data, const std::string& nonce, std::string scripts) 
   std::string style(page_files().at("page.css"));
   if (live) style.append(page_files().at("view.css"));
   const std::string title = markup_text(data.at("title")), mark = nonce.empty() ? "" : " nonce=\"" + nonce + "\"";
-  append_script("data", gzip_base64(json_text(data)), scripts);
-  return fill_page(
-      {{"@TITLE@", title}, {"@STYLE@", style}, {"@DATA@", scripts}, {"@NONCE@", mark}, {"@SCRIPT@", script}});
+  append_script("data", gzip_base64(json_text(data)), elements.first);
+  return fill_page({{"@TITLE@", title},
+                    {"@STYLE@", style},
+                    {"@FIRST@", elements.first},
+                    {"@NONCE@", mark},
+                    {"@SCRIPT@", script},
+                    {"@REST@", elements.rest}});
 }
 
 std::string write_report(const fs::path& folder) {
@@ -145,7 +150,7 @@ std::string write_report(const fs::path& folder) {
       write_page(folder / "report.html", kind.kind, kind.make(folder, views, note), views);
     } catch (const json::exception& error) {
       throw InputError((folder / kind.file).string(), "",
-                       fmt::format("is not what a {} writes: {}", kind.kind, error.what()));
+                       fmt::format("does not match the output of a {}: {}", kind.kind, error.what()));
     }
     return note;
   }
@@ -167,7 +172,8 @@ std::string write_joint_report(const std::vector<fs::path>& folders, const fs::p
   try {
     write_page(file, "replay", replay_report(folders, views, note), views);
   } catch (const json::exception& error) {
-    throw InputError(folders.front().string(), "", fmt::format("is not what a replay writes: {}", error.what()));
+    throw InputError(folders.front().string(), "",
+                     fmt::format("does not match the output of a replay: {}", error.what()));
   }
   return note;
 }

@@ -78,11 +78,11 @@ json sweep_report(const fs::path& path, PageViews& views, std::string& note) {
   data["missing"] = sweep.missing;
   json shown = sweep.manifest.at("pictures").get<bool>() ? sweep_views(folder, sweep, views) : json::array();
   const std::string title = sweep.manifest.at("title");
-  return {
-      {"title", title.empty() ? "Sweep" : title},
-      {"subtitle", fmt::format("A sweep of {} points over {} axes", data.at("points").size(), data.at("axes").size())},
-      {"sweep", data},
-      {"views", std::move(shown)}};
+  return {{"title", title.empty() ? "Sweep" : title},
+          {"subtitle", fmt::format("A sweep of {} points over {} {}", data.at("points").size(), data.at("axes").size(),
+                                   data.at("axes").size() == 1 ? "axis" : "axes")},
+          {"sweep", data},
+          {"views", std::move(shown)}};
 }
 
 }  // namespace tessera::replay

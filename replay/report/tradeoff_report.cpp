@@ -13,7 +13,7 @@ namespace {
 
 using nlohmann::json;
 
-// Everything that page/tradeoff.js reads must be there, and of its type: without it the page would stop half way.
+// Checks that every member that page/tradeoff.js reads exists and has its type: otherwise the page would stop half way.
 
 void expect_texts(const JsonValue& object, std::initializer_list<const char*> names) {
   for (const char* name : names) object.member(name).text();
@@ -100,7 +100,7 @@ void check_tradeoff(const JsonValue& root) {
 
 }  // namespace
 
-// tradeoff.json is what the page shows; the page needs nothing else of the folder.
+// The page shows tradeoff.json and needs no other file of the folder.
 json tradeoff_report(const std::filesystem::path& folder, PageViews&, std::string& note) {
   const std::filesystem::path file = folder / "tradeoff.json";
   json tradeoff = parse_json(read_whole_text(file), file.string());
@@ -110,8 +110,8 @@ json tradeoff_report(const std::filesystem::path& folder, PageViews&, std::strin
   const std::vector<JsonValue> size = root.member("size").elements();
   if (size.size() != 2) root.member("size").refuse("is not a width and a height");
   const auto effects = tradeoff.find("effects");
-  const std::string title = fmt::format("What {}: {}", effects != tradeoff.end() ? "effects cost" : "accuracy costs",
-                                        root.member("capture").text());
+  const std::string title =
+      fmt::format("Cost of {}: {}", effects != tradeoff.end() ? "effects" : "accuracy", root.member("capture").text());
   const std::string subtitle =
       fmt::format("Frame {}, {}x{}, {}", root.member("frame").whole(), size[0].whole(), size[1].whole(),
                   effects != tradeoff.end() ? fmt::format("{} effects", effects->size())

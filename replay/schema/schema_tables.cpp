@@ -20,7 +20,7 @@ namespace {
 
 using nlohmann::json;
 
-// Of members all of which may be left out.
+// Schema of an object whose members are all optional.
 json closed_object(json properties) {
   return {{"type", "object"}, {"properties", std::move(properties)}, {"additionalProperties", false}};
 }
@@ -74,7 +74,7 @@ json baseline_kinds_table() {
   return closed_object(std::move(properties));
 }
 
-// What describe_json() says of a key. In files numbers may also be multiples of what the base has.
+// Schema of a key from its row of describe_json(). In files numbers may also be multiples of the base machine's.
 json key_schema(const json& row, bool in_file) {
   json schema = {{"description", described(row)}};
   const std::string type = row["type"];
@@ -167,11 +167,11 @@ json tile_maps() {
   for (const gpu::TileMapField& field : gpu::kTileMapFields) {
     json map = with_all_required(
         closed_object({{"unit", {{"const", field.unit}, {"description", "Unit of the values."}}},
-                       {"meaning", {{"const", field.meaning}, {"description", "What the values are."}}},
+                       {"meaning", {{"const", field.meaning}, {"description", "Meaning of the values."}}},
                        {"values",
                         {{"type", "array"},
                          {"items", {{"type", "integer"}, {"minimum", 0}}},
-                         {"description", "Of the tiles, row by row from the top left."}}}}));
+                         {"description", "A value per tile, row by row from the top left."}}}}));
     map["description"] = field.meaning;
     properties[std::string(field.name)] = std::move(map);
   }
@@ -242,7 +242,8 @@ const std::map<std::string, Table>& tables() {
          return effects([](const json& row) {
            json object = with_all_required(
                closed_object({{"sub_patches", count("Sub-patches that were sent to the binner with it.")},
-                              {"sub_patches_elided", count("Those that the capture has it for and that need none.")},
+                              {"sub_patches_elided",
+                               count("Sub-patches for which the capture has the effect, but which do not need it.")},
                               {"tiles", count("Tiles in which it ran.")}}));
            object["description"] = fmt::format("Where {} ran.", row["name"].get<std::string>());
            return object;

@@ -18,7 +18,7 @@ constexpr const char* kDialect = "https://json-schema.org/draft/2020-12/schema";
 constexpr const char* kTable = "$table";
 constexpr const char* kCommon = "#/$defs/";
 
-// What a template says besides its table: further members, and everything else in the table's stead.
+// Merges the template's text with its table: "properties" add members, every other member replaces the table's.
 json merged(json table, const json& written) {
   for (const auto& [name, value] : written.items()) {
     if (name == kTable) continue;
@@ -44,7 +44,7 @@ json with_tables(const json& value) {
   return out.contains(kTable) ? merged(schema::schema_table(out[kTable]), out) : out;
 }
 
-// Names of what is referred to in the common definitions.
+// Collects the names of the common definitions to which a value refers.
 void add_references(const json& value, std::set<std::string>& names) {
   if (value.is_object() && value.contains("$ref"))
     if (const std::string to = value["$ref"]; to.starts_with(kCommon))

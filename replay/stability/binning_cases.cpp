@@ -16,7 +16,7 @@ Stage with(Stage stage, const Keys& keys) {
   return stage;
 }
 
-// The scene with other settings has the same bits. The twin has lost the last drawable of its lists.
+// The scene rendered with other settings must have the same bits. The twin lacks the first drawable.
 std::function<double(const Stage&, bool)> same_with(const Keys& keys) {
   return [keys](const Stage& stage, bool twin) {
     Stage other = with(stage, keys);
@@ -98,13 +98,14 @@ std::vector<StabilityCase> binning_cases() {
          return stage;
        },
        same_with(small_tiles)},
-      {kBinning, "any size of tile", "TileSizes", "What is binned twice may be drawn twice, or differently.",
-       "Binning decides which work is done, never what it gives.", kNoList,
+      {kBinning, "any size of tile", "TileSizes", "A surface that is binned twice may be drawn twice, or differently.",
+       "Binning decides which work is done, never its result.", kNoList,
        "Captures/ShippedCapture.TilesQueuesAndBuffersNeverChangeTheImage", 0, "pixels", busy,
        same_with({"tile.width=64", "tile.height=64"})},
       {kBinning, "buffer full within the frame", "BufferFull", "Entries are lost, or layers change their order.",
-       "A full buffer refuses, and what it has is rendered first: a partial render, whose tiles go on later.", kNoList,
-       "PartialRender.IsCountedAndLosesNothing ParameterBuffer.PB1FullItRefusesAndWhatWasAcceptedIsStillThere", 0,
+       "A full buffer refuses entries, and its contents are rendered first: a partial render, whose "
+       "tiles go on later.",
+       kNoList, "PartialRender.IsCountedAndLosesNothing ParameterBuffer.PB1FullItRefusesAndKeepsAcceptedEntries", 0,
        "pixels", busy, same_with({"parameter_buffer.bytes=4096"})},
       {kBinning, "sub-patches of few cells", "DeepSplits", "Cuts move vertices, and neighbours crack.",
        "A sub-patch is a range of the base patch's grid, so that cutting moves no vertex.", kNoList,
@@ -165,8 +166,8 @@ std::function<double(const Stage&, bool)> covers_once(float value) {
   };
 }
 
-// A sheet of cells of 2 x 2 pixels whose vertices are in the middle of pixels, as the samples are, over all of the frame.
-// In motion it moves 512 pixels, that is by an odd number of pixels at the time of every sample.
+// A sheet of cells of 2 x 2 pixels over the whole frame, with its vertices in the middle of pixels, as the samples are.
+// A moving sheet travels 512 pixels, that is an odd number of pixels at the time of every sample.
 Stage sheet_of_ties(bool moving) {
   constexpr int kWay = 512;
   Stage stage;
@@ -235,8 +236,8 @@ std::vector<StabilityCase> edge_cases() {
        "HardCases.ASheetWithoutOneCellIsCaughtByTheCount",
        0, "samples", [] { return sheet_of_ties(true); }, covers_once(0.5f)},
       {kVisibility, "closed surface from inside", "ClosedSurface",
-       "Displaced, moving and out of focus, any crack shows what is behind.",
-       "One grid for each patch; shared edges have one owner who evaluates their vertices.",
+       "Displaced, moving and out of focus, any crack shows the background.",
+       "Each patch has one grid; a shared edge has one owner, which evaluates its vertices.",
        "a surface without one patch",
        "ClosedSurface.MovingAndDefocusedItNeverShowsTheBackgroundWhateverTheMethod "
        "Tessellator.WithoutOwnersDisplacedEdgesWouldCrack",
@@ -268,10 +269,10 @@ std::vector<StabilityCase> edge_cases() {
        off_by_a_hundredth},
       {kVisibility, "random triangles in motion", "Crowd", "Everything intersects everything at other times.",
        "Depth is found at the sample's time from an exact inside test.", kOther,
-       "HardCases.HitsAreThoseOfDoublePrecisionUnderAllEffects RandomScenes.AHundredOfThemAreTheSameByEveryMethod",
-       1500, "ppm", [] { return crowd(60, 0.6f, true); }, off_by_a_hundredth},
+       "HardCases.HitsEqualDoublePrecisionUnderAllEffects RandomScenes.AHundredOfThemAreTheSameByEveryMethod", 1500,
+       "ppm", [] { return crowd(60, 0.6f, true); }, off_by_a_hundredth},
       {kVisibility, "needles thinner than a sub-pixel", "Needles", "A corner that rounds turns a needle inside out.",
-       "Corners are rounded once, to the grid; what has no area there holds nothing.", kOther,
+       "Corners are rounded once, to the grid; a triangle without area there holds no sample.", kOther,
        "TriangleTest.DegenerateTrianglesHoldNothing "
        "VisibilityMethods.AgreeOnTrianglesThatDegenerateOrFlipWithinTheShutter",
        kShare, "ppm",
@@ -353,7 +354,7 @@ std::vector<StabilityCase> depth_cases() {
        },
        seen_wrongly([](Stage& stage) { stage.capture.cameras[0].lens.focus_distance = 100; })},
       {kVisibility, "surfaces that near and far plane cut", "CutByPlanes", "Hits at a plane are in or out by chance.",
-       "Both planes belong to what is drawn.", "a far plane a hundredth nearer",
+       "Hits on both planes are drawn.", "a far plane a hundredth nearer",
        "HardCases.HitsAtTheNearAndTheFarPlaneAreExact", 1500, "ppm",
        [] {
          Stage stage = crowd(60, 0.9f, true);

@@ -7,7 +7,7 @@
 namespace tessera::replay::stability {
 namespace {
 
-// What makes a pair of patches hard.
+// The properties that make a pair of patches hard.
 struct HardPair {
   std::function<void(std::vector<Vec3>&)> bend = [](std::vector<Vec3>&) {};  // of the 16 control points
   float scale = 1;  // of all lengths: patch, displacement, motion, camera and lens
@@ -135,16 +135,16 @@ std::vector<BoundRow> hard_views() {
        BoundFault::kNoDisplacement, pair({.even = true})},
       {"patch across the camera plane", "CrossingTheCameraPlane", "Points with w <= 0 project to the wrong side.",
        "The hull is cut at the near plane before it is projected (Blinn and Newell 1978); else it is the whole frame.",
-       "bounds that project what is behind the camera",
+       "bounds that project points behind the camera",
        HELD("CrossingTheCameraPlane") " ScreenBounds.BoxesThatMoveLinearlyOnScreenAreCaught", BoundFault::kNotCut,
        pair({.distance = 0.5})},
       {"camera inside the box", "CameraInside", "No side of the box bounds its image.",
        "A box that holds the eye is cut at the near plane and else covers the whole frame.",
-       "bounds that project what is behind the camera", HELD("CameraInside"), BoundFault::kNotCut,
+       "bounds that project points behind the camera", HELD("CameraInside"), BoundFault::kNotCut,
        pair({.strength = 0.1f, .bias = 0, .distance = 0.25})},
       {"nothing moves", "NoMotion", "Times of contact are 0/0.",
-       "A box that rests touches at all times, and its bounds are those of one key.", "bounds half as wide",
-       HELD("NoMotion") " TimeIntervals.WhatDoesNotMoveHasAllTimes", BoundFault::kShrunk, pair({.moving = false})},
+       "A box at rest touches at all times, and its bounds are the bounds of one key.", "bounds half as wide",
+       HELD("NoMotion") " TimeIntervals.StillBoxesHaveAllTimes", BoundFault::kShrunk, pair({.moving = false})},
       {"motion larger than the screen", "MotionLargerThanTheScreen",
        "The patch is off the screen at both motion keys and crosses it in between.",
        "Bounds are the hull over the whole shutter; tiles clip it.", "bounds without motion",
@@ -163,7 +163,7 @@ std::vector<BoundRow> hard_views() {
        BoundFault::kNoLens, pair({.strength = 0, .bias = 0, .distance = 2, .focus = 2})},
       {"footprint that wraps", "WrappingFootprint",
        "Texture coordinates leave [0, 1] and come back at the other side of the height map.",
-       "Footprints are wrapped texel by texel, those of the filter included.", "bounds without displacement",
+       "Footprints are wrapped texel by texel, the filter's texels included.", "bounds without displacement",
        "MinMaxPyramid.HoldsEveryFilteredValueOfAFootprintAtAnyLevelAndWrap "
        "MinMaxPyramid.AQueryThatForgetsTheFiltersFootprintIsCaught",
        BoundFault::kNoDisplacement,

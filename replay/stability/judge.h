@@ -12,7 +12,7 @@
 
 namespace tessera::replay::stability {
 
-// A stage as the machine poses it.
+// A stage with the machine's pose of it.
 struct PosedStage {
   explicit PosedStage(const Stage& stage);
 
@@ -24,21 +24,21 @@ struct PosedStage {
   std::unique_ptr<scene::FrameGeometry> frame;
 };
 
-// What a judge computes with. Single precision and denormal numbers taken for zero are what twins break.
+// Arithmetic of a judge. Twins use single precision and denormal numbers flushed to zero.
 enum class Arithmetic { kDouble, kSingle, kNoDenormals };
 
-// Where points of a scene are seen at a time, in double precision, from the numbers of the scene alone: interpolated,
-// morphed, skinned, displaced and projected at that time itself. It shares with the machine what glTF says of a pose,
-// and how heights are filtered, and nothing of how surfaces are evaluated: Bernstein polynomials are summed as they are
-// written (Farin 2002, chapter 5), and nothing is taken for linear in time.
+// Computes where points of a scene are seen at a time, in double precision, from the numbers of the scene alone:
+// interpolated, morphed, skinned, displaced and projected at that time itself. It shares with the machine glTF's
+// definition of a pose and the filter of heights, but nothing of the evaluation of surfaces: Bernstein polynomials are
+// summed in their textbook form (Farin 2002, chapter 5), and no quantity is treated as linear in time.
 class Judge {
  public:
-  // Seconds. `stage` must outlive it.
+  // `time` in seconds. `stage` must outlive the judge.
   Judge(const PosedStage& stage, double time, Arithmetic arithmetic = Arithmetic::kDouble);
 
-  // Raster space, as scene/view.h has it.
+  // Results are in raster space (scene/view.h).
   DVec4 vertex(const scene::Drawable& drawable, std::uint32_t vertex) const;
-  // Of a Bezier patch, displaced; the number of the patch is that of the whole scene.
+  // A point of a Bezier patch, displaced; `patch` is numbered in the whole scene.
   DVec4 surface(std::uint32_t patch, double u, double v) const;
   DVec4 procedure(std::uint32_t patch, double u, double v) const;
 
@@ -46,11 +46,12 @@ class Judge {
 
  private:
   DVec3 morphed(const scene::Primitive& primitive, int node, std::size_t vertex) const;
-  // From the space in which a mesh is displaced to raster space: the object's, or the world's where it has a skin.
+  // Transform to raster space from the space in which a mesh is displaced: object space, or world space for a skinned
+  // mesh.
   DMat4 to_raster(const scene::Drawable& drawable) const;
   DVec3 placed(const scene::Drawable& drawable, const scene::Primitive& primitive, std::size_t vertex) const;
 
-  // The product of two transforms, and the place of a point, in the judge's arithmetic.
+  // The product of two transforms, and the transformed point, in the judge's arithmetic.
   DMat4 product(const DMat4& a, const DMat4& b) const;
   DVec4 product(const DMat4& a, const DVec3& p) const;
 

@@ -93,7 +93,7 @@ std::vector<StabilityCase> layer_cases() {
   constexpr std::string_view kPlane = "CoplanarSurfaces.AreSeenOneOnTheOther";
   std::vector<StabilityCase> cases = {
       layers("two opaque surfaces in one plane", "CoplanarOpaque", "Depths are equal, and the order of arrival shows.",
-             "Of equal depths the lower number of the patch wins.",
+             "Between equal depths the lower number of the patch wins.",
              "TileCore.CoplanarSurfacesShowTheLowerNumberedPatch "
              "CoplanarPatches.WhereTwoMoveTogetherTheLowerNumberIsSeenWhateverTheOrderAndMethod",
              4, {{kRed}, {kBlue}}, false),
@@ -116,8 +116,8 @@ std::vector<StabilityCase> layer_cases() {
              "Blending.ABlendedSurfaceInThePlaneOfAnOpaqueOneIsSeenOnIt CoplanarSurfaces.AreSeenOneOnTheOther", 4,
              {{kRed}, {kGreen, kBlend}}, false),
       layers("blended below opaque in the scene's order, in motion", "CoplanarBlendedFirst",
-             "What blends comes first, and the plane moves.",
-             "The order of equal depths is that of the scene, not of arrival.", kPlane, 4,
+             "The blended surface comes first, and the plane moves.",
+             "Surfaces of equal depth keep the scene's order, not the order of arrival.", kPlane, 4,
              {{kGreen, kBlend}, {kRed}, {kGreen, kBlend}}, true),
       layers("sixteen coincident layers", "CoincidentLayers", "Sixteen blended layers have one depth.",
              "Layers of one depth are kept in the scene's order and merged from the far end.",

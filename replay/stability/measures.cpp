@@ -152,7 +152,7 @@ class OverhangMeter {
           worst_ = std::numeric_limits<double>::infinity();
           continue;
         }
-        // No part of a frame is farther from a side than it is wide.
+        // The distance from a side is at most the frame's width.
         const double out = std::max({static_cast<double>(bounds->x0) - x, x - static_cast<double>(bounds->x1),
                                      static_cast<double>(bounds->y0) - y, y - static_cast<double>(bounds->y1),
                                      -static_cast<double>(frame_.request.width)});
@@ -207,7 +207,7 @@ class VertexMeter {
     if (drawn.empty()) return;
     const int looks = length == 0 ? 1 : frame.part.whole() ? 17 : 5;
     for (int k = 0; k < looks; ++k) {
-      // At no regular steps, for motion repeats itself.
+      // At irregular steps, because motion may be periodic.
       const bool inside = k > 0 && k + 1 < looks;
       const double shift = inside ? 0.6180339887498949 * k - std::floor(0.6180339887498949 * k) - 0.5 : 0,
                    local = looks == 1 ? 0 : (k + 0.8 * shift) / (looks - 1),
@@ -298,7 +298,7 @@ Image render(const Stage& stage) {
   for (const std::string& key : stage.keys) gpu::apply_setting(key, settings, gpu);
   gpu::Device device(stage.capture, gpu, settings, {stage.width, stage.height, {0, 0, stage.width, stage.height}});
   Image color;
-  // Frames before the one that is asked for leave it their history.
+  // The frames before the last one make its history.
   for (int frame = 0; frame <= stage.frame; ++frame) color = device.render(frame).targets.color;
   return color;
 }

@@ -9,42 +9,42 @@
 
 namespace tessera::replay::stability {
 
-// How far the machine is from double precision. Each measure is shared by the cases of a kind; its faults are what the
-// kind's twins break.
+// Errors of the machine against double precision. The cases of a kind share a measure; the kind's twins inject its
+// faults.
 
 // ---- Bounds -----------------------------------------------------------------------------------------------------
 
 enum class BoundFault { kNone, kShrunk, kNoDisplacement, kNoMotion, kNoLens, kNotCut };
 
-// Most pixels by which a point sticks out of the bounds of a sub-patch that it belongs to; negative where all are
-// inside. The points are those of the displaced surface in double precision and the machine's vertices, at times and
-// points of the lens that lie evenly, its rim included; the sub-patches whole patches, halves and single cells; the
-// bounds those of every method.
+// The largest distance in pixels by which a point sticks out of the bounds of its sub-patch; negative where all points
+// are inside. The points are points of the displaced surface in double precision and the machine's vertices, at evenly
+// spaced times and points of the lens, its rim included. The sub-patches are whole patches, halves and single cells;
+// each of them is tested against the bounds of every method.
 double overhang(const Stage& stage, BoundFault fault = BoundFault::kNone);
 
 // ---- Vertices ---------------------------------------------------------------------------------------------------
 
 enum class VertexFault { kNone, kSingleMatrices, kNoDenormals };
 
-// Most pixels between a vertex of the machine's tessellator, on its grid and on its straight pieces of motion, and the
-// place of the same point at the same time (Judge). Vertices in front of the camera that are in or near the frame
-// count.
+// The largest distance in pixels between a vertex of the machine's tessellator, on its grid and on its straight pieces
+// of motion, and the place of the same point at the same time (Judge). Only vertices in front of the camera and in or
+// near the frame count.
 double vertex_error(const Stage& stage, VertexFault fault = VertexFault::kNone);
 
 // ---- Images -----------------------------------------------------------------------------------------------------
 
-// Linear light and coverage.
+// The rendered image: linear light and coverage.
 Image render(const Stage& stage);
 
-// Samples, of a million, that see another colour than the double-precision renderer (reference/) does with the same
-// samples. Colours of the stage are 0 or 1 in each channel, without light.
+// Samples, of a million, whose colour differs from the double-precision renderer's (reference/) for the same samples.
+// Colours of the stage are 0 or 1 in each channel, without light.
 double wrong_samples(const Stage& machine, const Stage& truth);
 
-// Samples that do not see a grey value: of a surface that covers the whole frame once, white over black, 1; half
-// transparent, so that two layers are told from one, 0.5.
+// Number of samples that do not have this grey value. For a surface that covers the whole frame once, it is 1 for white
+// over black, and 0.5 for a half-transparent surface, which tells two layers from one.
 double samples_unlike(const Stage& stage, float value);
 
-// Pixels that differ in any bit.
+// Number of pixels that differ in any bit.
 double different_pixels(const Image& a, const Image& b);
 
 // Largest difference of a channel from one colour, in steps of 2^-24 of it, over the pixels of a rectangle in the

@@ -31,7 +31,7 @@ int spiked(Stage& stage) {
   return material;
 }
 
-// Its motion is what two keys make of it.
+// Reduces the motion to two keys.
 Stage with_two_keys(Stage stage) {
   stage.keys.emplace_back("sampling.motion_segments=1");
   return stage;
@@ -55,7 +55,7 @@ constexpr std::string_view kKeys =
 std::vector<MotionRow> node_curves() {
   return {
       {"one turn", "OneTurn", "Both motion keys show the same place, so nothing seems to move.", kSegments,
-       "MotionSegments.ABladeThatTurnsCoversItsArea MotionSegments.WhatTurnsAllTheWayRoundMoves", kCurve,
+       "MotionSegments.ABladeThatTurnsCoversItsArea MotionSegments.FullTurnsCountAsMotion", kCurve,
        [] { return flat_stage([](Stage& s, int m) {
               s.turn(s.add(blade(m)), {0, 0, 1}, 1);
             }); }},
@@ -78,7 +78,7 @@ std::vector<MotionRow> node_curves() {
       {"64 times there and back", "SixtyFourCycles", "Samples at regular times see one phase of it.",
        "Pieces by request, and times that are strata of a prime number of parts (scene/motion_segments.h).",
        "RepeatedMotion.OnRequestUpTo2048SegmentsBlurSixtyFourCycles "
-       "SamplePattern.ManySegmentsHaveSamplesAtEveryPhaseOfWhatRepeatsItself",
+       "SamplePattern.ManySegmentsSampleEveryPhaseOfRepeatedMotion",
        kLine,
        [] {
          Stage stage = flat_stage([](Stage& s, int m) {
@@ -128,7 +128,8 @@ std::vector<MotionRow> deforming_curves() {
          return stage;
        }},
       {"displaced spikes on a joint", "DisplacedSpikesOfASkin", "A joint turns, and the tips with it.",
-       "The motion of each joint is measured on a box of what it carries, grown by the greatest offset.",
+       "The motion of each joint is measured on a box of the vertices that it carries, grown by the "
+       "greatest offset.",
        "SkinnedPatches.AreLitAsRigidOnes", kCurve,
        [] {
          Stage stage;
@@ -139,7 +140,7 @@ std::vector<MotionRow> deforming_curves() {
        }},
       {"skin between two joints", "BlendedJoints", "Blended places shrink towards the axis of a twist.",
        "Vertices are skinned at the ends of every piece, and pieces are measured on skinned vertices.",
-       "SkinnedImages.AreThoseOfARigidMesh", kCurve,
+       "SkinnedImages.EqualARigidMesh", kCurve,
        [] {
          Stage stage;
          const int node = stage.add(sheet(24, 6, {-1.8f, -0.5f}, {1.8f, 0.5f}, stage.flat({0.3f, 0.8f, 1, 1})));
@@ -237,10 +238,11 @@ std::vector<StabilityCase> motion_cases() {
                        row.scene, off_the_curve});
   cases.push_back(
       {kMotion, "scale that changes its sign", "ScaleChangesItsSign",
-       "Halfway the body is flat; then what was a front is a back, and it is culled or shows its inside.",
+       "Halfway the body is flat; then its fronts become backs, and it is culled or shows its "
+       "inside.",
        "The shutter is cut where the determinant changes its sign, found by halving, and winding follows the sample's "
        "time.",
-       "two motion keys", "SkinnedImages.WindingIsThatOfTheSamplesTime", 1000, "ppm",
+       "two motion keys", "SkinnedImages.WindingFollowsTheSamplesTime", 1000, "ppm",
        [] {
          Stage stage;
          scene::Material sided;

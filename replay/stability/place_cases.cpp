@@ -86,11 +86,11 @@ std::vector<StabilityCase> far_cases() {
       {kPlacesAndScales, "skin on the globe, 4e6 units away", "SkinOnTheGlobe",
        "Joints carry each vertex to coordinates with a step of half a unit.",
        "Skinned vertices count from an origin beside their joints (scene/pose.h), so they are as precise anywhere.",
-       "matrices of single precision", "SkinnedImages.AreThoseOfARigidMesh", 0.26, "px", skinned_far_away, singles},
+       "matrices of single precision", "SkinnedImages.EqualARigidMesh", 0.26, "px", skinned_far_away, singles},
       {kPlacesAndScales, "instances on the globe", "InstancesOnTheGlobe",
        "A transform of single precision is multiplied by one that is far away.",
        "Instances are multiplied in double precision.", "matrices of single precision",
-       "InstancedImages.AreThoseOfANodeForEachInstance", kGrid, "px",
+       "InstancedImages.EqualANodeForEachInstance", kGrid, "px",
        [] {
          Stage stage;
          const int node = stage.add(closed_patches(stage.displaced(0.15f, 0)));
@@ -133,7 +133,7 @@ std::vector<StabilityCase> far_cases() {
        [] { return with_far_vertices(1); },
        [](const Stage& stage, bool twin) { return vertex_error(twin ? with_far_vertices(1000) : stage); }},
       {kPlacesAndScales, "floor a thousand times as wide as it is far", "WideFloor",
-       "The control points are a thousand units away, what is seen is near the camera.",
+       "The control points are a thousand units away, the visible part is near the camera.",
        "The grid is as fine as the target edge asks for, and single precision leaves a thousandth of a pixel.",
        "matrices of single precision", "HardProcedures.AFloorThatStraddlesTheCameraReachesTheFrontOfTheImage", kGrid,
        "px",
@@ -203,7 +203,7 @@ std::vector<StabilityCase> scale_cases() {
          return stage;
        },
        off_its_place(VertexFault::kNoDenormals)},
-      {kPlacesAndScales, "shear far away", "ShearFarAway", "A matrix that is nearly singular multiplies what is lost.",
+      {kPlacesAndScales, "shear far away", "ShearFarAway", "A nearly singular matrix multiplies the rounding errors.",
        kDouble, "matrices of single precision", "By/MovedScene.LooksTheSameWhenItsNodesAreMoved", kGrid, "px",
        [] {
          Stage stage;

@@ -69,8 +69,8 @@ Edge square(const DVec2& middle, double half) {
   };
 }
 
-// Pixels that have all light in the shadow, or not all outside of it; but for those near its edge, and where the card is
-// seen.
+// Number of pixels with full light inside the shadow, or without full light outside of it, except near its edge and
+// where the card is visible.
 double wrong_pixels(const Stage& stage, const Edge& shadow, const Edge& card, double margin) {
   Stage bright = stage;
   bright.keys.emplace_back("effects.shadows=off");
@@ -194,7 +194,7 @@ std::vector<ShadowCase> maps_and_their_edges() {
          return over_floor({-2000, 2000, 0}, 1, sun({1, -1, 0}));
        },
        square({0, 0}, 1), nowhere(), let_light_through},
-      {"a wall that stands on the floor", "WallsFoot", "At its foot it is no distance from what it shades.",
+      {"a wall that stands on the floor", "WallsFoot", "Its foot has no distance from the shaded floor.",
        "The bias is no larger than the slope of the floor asks for.", "half a unit more of bias",
        [] {
          Stage stage = over_floor({}, 0, sun({1, -1, 0}, 2048));
@@ -222,8 +222,8 @@ std::vector<ShadowCase> maps_and_their_edges() {
          return over_floor({1, 1, 0}, 0.25, lamp(Light::Type::kSpot, {0, 2, 0}, 85));
        },
        square({2, 0}, 0.5), square({1, 0}, 0.25), let_light_through},
-      {"a map of one texel", "OneTexel", "No texel has neighbours.", "Texels outside of a map are those of its edge.",
-       "no bias",
+      {"a map of one texel", "OneTexel", "No texel has neighbours.",
+       "Lookups outside of a map read the texels of its edge.", "no bias",
        [] {
          return over_floor({}, 0, sun({1, -0.5, 0.3}, 1));
        },
@@ -255,7 +255,7 @@ std::vector<ShadowCase> cascades_and_motion() {
          return stage;
        },
        square({2, 0}, 0.5), square({1, 0}, 0.25), let_light_through},
-      {"a floor that rises in the shutter", "RisingFloor", "It is not where the map shows it.",
+      {"a floor that rises in the shutter", "RisingFloor", "The map shows it at another place.",
        "Receivers that move are looked up where they are at the time of the map.", "no bias",
        [] {
          Stage stage = over_floor({}, 0, sun({1, -0.4, 0.3}));
@@ -276,7 +276,7 @@ std::vector<ShadowCase> cascades_and_motion() {
        },
        square({0, 0}, 1.4), square({0, 0}, 0.7), let_light_through},
       {"a lamp that passes through the floor", "LampInPlane", "The floor is on edge to it, and divides by nothing.",
-       "What a light sees on edge has the steepest slope.", "no bias",
+       "A surface that the light sees edge-on gets the steepest slope.", "no bias",
        [] {
          Stage stage = over_floor({}, 0, [](scene::Capture& capture) {
            lamp(Light::Type::kPoint, {0.03, -1, 0.02})(capture);

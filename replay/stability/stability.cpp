@@ -31,13 +31,13 @@ const std::vector<StabilitySection>& stability_sections() {
        "Surfaces that are formulas. The error is the distance of the machine's vertices from the formula in double "
        "precision."},
       {kBinning,
-       "Binning decides which work is done, never what it gives. The error is the number of pixels that differ in any "
-       "bit from the image with other tiles, lists or buffers."},
+       "Binning decides which work is done, never its result. The error is the number of pixels "
+       "that differ in any bit from the image with other tiles, lists or buffers."},
       {kVisibility,
-       "The error counts samples that see something else than the double-precision renderer does with the same "
-       "samples, "
-       "of a million (ppm): vertices lie on a grid of 1/256 pixel, so a few samples beside edges do. Where a surface "
-       "covers the frame once, every sample must see it once."},
+       "The error counts samples, of a million (ppm), whose colour differs from the "
+       "double-precision renderer's for the same samples: vertices lie on a grid of 1/256 pixel, so "
+       "a few samples beside edges do. Where a surface covers the frame once, every sample must see "
+       "it once."},
       {kLayers,
        "Surfaces in one plane. The error is the largest difference of a channel from the formula, in steps of 2^-24 of "
        "its value."},
@@ -45,8 +45,9 @@ const std::vector<StabilitySection>& stability_sections() {
        "Frames of which most pixels are reprojected or reconstructed. The error is the largest difference of a channel "
        "from the surface's colour after seven frames, in steps of 2^-24 of its value (ulp)."},
       {kShadows,
-       "A floor seen from above, and shadows whose outlines are known. The error counts pixels that have light in the "
-       "shadow, or lack some outside of it; those within two pixels of its edge are not looked at."},
+       "A floor seen from above, and shadows whose outlines are known. The error counts pixels that "
+       "have light in the shadow, or lack some outside of it; pixels within two pixels of its edge "
+       "do not count."},
   };
   return kSections;
 }

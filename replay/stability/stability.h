@@ -14,12 +14,12 @@
 
 namespace tessera::replay::stability {
 
-// Hard cases of `tessera selfcheck --stability`: each is a small scene that breaks renderers of this kind, an error that
-// is measured against double precision on the machine at hand, and a bound that the error must keep.
+// Hard cases of `tessera selfcheck --stability`: each is a small scene that breaks renderers of this kind, an error
+// that is measured against double precision on this machine, and a bound on the error.
 //
 // Invariants (cited by the tests):
 //   STB1  Every case keeps its bound.
-//   STB2  Every case has a twin, the same scene with one thing broken on purpose, whose error is beyond the bound.
+//   STB2  Every case has a twin, the same scene with one deliberate fault, whose error exceeds the bound.
 //   STB3  Errors are the same for any number of threads and on every instruction set.
 
 struct StabilityCase {
@@ -27,17 +27,17 @@ struct StabilityCase {
   std::string_view name;     // on the page and in the table
   std::string_view law;      // in names of tests
   std::string_view hard;     // why it is hard: a sentence
-  std::string_view kept;     // what keeps it, and where that is from: a sentence
-  std::string_view twin;     // what its twin breaks: a phrase
+  std::string_view kept;     // the mechanism that keeps the bound, and its source: a sentence
+  std::string_view twin;     // the fault of its twin: a phrase
   std::string_view tests;    // further tests of the same law, separated by spaces
   double bound;              // the case holds where the error is at most this
   std::string_view unit;
-  std::function<Stage()> scene;  // what the image on the page shows
+  std::function<Stage()> scene;  // scene of the image on the page
   std::function<double(const Stage&, bool twin)> error;
 };
 
 struct StabilitySection {
-  std::string_view name, about;  // about: what its errors are
+  std::string_view name, about;  // about: meaning of its errors
 };
 const std::vector<StabilitySection>& stability_sections();
 
@@ -53,7 +53,7 @@ StabilityResult measure(const StabilityCase& of);
 // "0.0021"; errors are rounded to two digits.
 std::string error_text(double error);
 
-// The case's scene as the machine renders it; kThumbnailWidth x kThumbnailHeight.
+// The case's scene rendered by the machine; kThumbnailWidth x kThumbnailHeight.
 inline constexpr int kThumbnailWidth = 160, kThumbnailHeight = 90;
 Image8 thumbnail(const StabilityCase& of);
 // File of the image, without folder.
@@ -61,7 +61,7 @@ std::string thumbnail_file(const StabilityCase& of);
 
 // A case's row of the page's table.
 std::string page_row(const StabilityResult& result, std::string_view folder);
-// The generated part of docs/stability.md, whose images are in `folder` beside the page.
+// The generated part of docs/hard_cases.md, whose images are in `folder` beside the page.
 std::string stability_page(std::span<const StabilityResult> results, std::string_view folder);
 
 }  // namespace tessera::replay::stability

@@ -17,7 +17,7 @@ namespace {
 using nlohmann::json;
 using scene::gltf::Place;
 
-// The key that is meant: `key`, or what it is called now.
+// The current name of a key: `key` itself, or the name that replaces it.
 std::string checked_key(const std::string& key, const Place& place) {
   static const std::vector<std::string> kKnown = [] {
     std::vector<std::string> known = gpu::known_keys();

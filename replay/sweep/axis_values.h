@@ -20,12 +20,12 @@ namespace tessera::replay {
 //   {"key": KEY, "range": {"from": A, "to": B}}                any number from A to B, with `open` alone;
 //   {"key": KEY, "range": {"from": A, "to": B, "scale": "log"}}  the same, equal factors equally likely
 //   {"keys": [KEY, ...], ...}    several keys set together: to the same value, or each to its own where V is a list
-// Keys are known ones, no value is there twice; whether a value fits its key is for the caller to check. Throws
-// InputError, and LimitError before a range of more than `max_steps` steps is made. The values of an open range are its
-// ends, to be checked.
+// Keys must be known, and no value may occur twice; the caller checks whether a value fits its key. Throws InputError,
+// and LimitError before it makes a range of more than `max_steps` steps. The values of an open range are its ends, to
+// be checked.
 StudyAxis read_axis(const nlohmann::json& value, const scene::gltf::Place& place, std::uint64_t max_steps, bool open);
 
-// Refuses what is no object, and members of other names, naming the nearest.
+// Refuses values that are not objects, and members of other names, with the nearest known name.
 inline void check_members(const nlohmann::json& object, const scene::gltf::Place& place,
                           const std::vector<std::string>& known) {
   if (!object.is_object()) place.refuse("is not an object");

@@ -15,16 +15,17 @@
 
 namespace tessera::replay {
 
-// SHA-256 of a capture: of the file and, for a .gltf, of the files that it names. Reads no more of it than that; what
-// the reader would refuse is left for it to refuse. Throws InputError when the file cannot be read.
+// SHA-256 of a capture: of the file and, for a .gltf, of the files that it names. Reads nothing else and checks
+// nothing: the reader refuses bad files later. Throws InputError when the file cannot be read.
 std::string capture_fingerprint(const std::filesystem::path& file);
 
 // The captures of a study, read when the first point needs them and shared by all points that do. At most one is in
-// memory: who asks for another waits until nobody uses the one before. For many threads; every one releases its capture
-// before it asks for the next.
+// memory: a thread that asks for another one waits until all threads have released the current one. Safe for many
+// threads; each must release its capture before it asks for the next.
 class CaptureLibrary {
  public:
-  // Decoded data of a capture may take `max_bytes`. `variant`: scene::CaptureLimits::variant, of all of them, as `view` for images of this size.
+  // `max_bytes` limits the decoded data of a capture. `variant` (scene::CaptureLimits::variant) and `view` apply to all
+  // captures, for images of size `size`.
   CaptureLibrary(std::vector<std::filesystem::path> files, std::uint64_t max_bytes, bool strict = false,
                  std::optional<std::string> variant = {}, ViewChoices view = {},
                  std::optional<ImageSize> size = std::nullopt)
@@ -36,12 +37,12 @@ class CaptureLibrary {
         size_(size) {}
 
   struct Loaded {
-    std::shared_ptr<const scene::Capture> capture;  // outlives what is prepared from it
+    std::shared_ptr<const scene::Capture> capture;  // outlives the data prepared from it
     std::shared_ptr<const gpu::PreparedCapture> prepared;
   };
-  // Throws what read_capture throws.
+  // Throws the errors of read_capture().
   Loaded get(std::size_t index);
-  // Releases when it goes.
+  // Releases the capture in its destructor.
   class Lease {
    public:
     explicit Lease(CaptureLibrary& library) : library_(library) {}
@@ -52,7 +53,7 @@ class CaptureLibrary {
    private:
     CaptureLibrary& library_;
   };
-  // The caller is done with what get() returned, and holds none of it any more.
+  // Releases the capture of get(); the caller must hold no part of it any more.
   void release();
 
   double load_seconds() const { return load_seconds_; }

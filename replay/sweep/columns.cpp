@@ -23,7 +23,7 @@ std::string ledger_column(const std::string& unit, const std::string& purpose, c
   return "dram." + unit + "." + purpose + "." + way;
 }
 
-// "*" fits any characters, none included.
+// "*" matches any characters, or none.
 bool fits(std::string_view pattern, std::string_view text) {
   const std::size_t star = pattern.find('*');
   if (star == std::string_view::npos) return pattern == text;
@@ -72,7 +72,7 @@ std::vector<std::string> effect_names() {
 
 constexpr std::array<const char*, 4> kOtherMembers = {"effects", "effect_reasons", "effect_places", "right_eye"};
 
-// Of the members of stats.json besides counters and the model; effects are those that declare a name.
+// Columns for members of stats.json besides counters and the model; effects are the ones that declare a name.
 std::vector<std::string> other_columns() {
   std::vector<std::string> names;
   for (const std::string& effect : effect_names()) {

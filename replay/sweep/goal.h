@@ -23,14 +23,14 @@ Goal read_goal(const nlohmann::json& value, const scene::gltf::Place& place);
 // Refuses a goal without axes; chooses the population where the goal does not: five for each axis, from 8 to 40.
 void check_axes_of_goal(const scene::gltf::Place& place, Study& study);
 
-// The objective, then the columns with limits.
+// The objective's column, then the columns with limits.
 std::vector<std::string> goal_columns(const Goal& goal);
 
-// Tables have the columns that a goal names, whatever else.
+// Adds the columns that a goal names to the study's tables.
 void add_columns_of_goal(Study& study);
 
-// What a table says of one candidate: its frames (frame_json()) of all captures. The objective is the mean over them, a
-// limit holds for each: what it is missed by is that of the worst, as a part of the limit. A frame without the column
+// Scores one candidate from its frames (frame_json()) of all captures. The objective is the mean over the frames. A
+// limit holds for each frame, and the worst one sets its violation, as a part of the limit. A frame without the column
 // misses every limit; so does a candidate without frames.
 Score score_of(const Goal& goal, std::span<const nlohmann::json> frames);
 

@@ -19,7 +19,7 @@ namespace {
 
 using nlohmann::json;
 
-// What a render follows from, besides the machine and the settings. nlohmann sorts the keys, so the text is canonical.
+// Inputs of a render, besides the machine and the settings. nlohmann sorts the keys, so the text is canonical.
 json common_inputs(const Study& study, const PointConfiguration& configuration, const std::string& capture_hash,
                    const std::string& program) {
   json inputs = {{"schema", kPointSchema},      {"program", program}, {"capture", capture_hash},
@@ -68,7 +68,7 @@ SweepPoint PointMaker::make(std::size_t capture, const std::vector<std::uint32_t
   inputs["pictures"] = study_.images;
   inputs["gpu"] = gpu::gpu_json(made.gpu);
   inputs["settings"] = gpu::settings_json(made.settings);
-  // What is no machine is known by the values that were asked for.
+  // A point without a valid machine is identified by its requested values.
   if (!configuration) inputs["values"] = point_values(study_, point);
   point.hash = sha256_name(json_text(inputs));
   function["function"] = gpu::functional_json(made.gpu, made.settings);

@@ -23,7 +23,7 @@ namespace {
 
 using nlohmann::json;
 
-// Members of a frame that follow from the machine's timing keys.
+// Members of a frame that depend on the machine's timing keys.
 constexpr std::array<const char*, 4> kTimedMembers = {"timing", "energy", "area", "split"};
 
 void write_images(const PointRender& how, const SweepPoint& point, const PointConfiguration& configuration,

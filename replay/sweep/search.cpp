@@ -46,7 +46,7 @@ class Search {
   }
 
  private:
-  // The candidates of a generation, by their numbers in study_.chosen; nothing for those beyond the points wanted.
+  // The candidates of a generation, by their numbers in study_.chosen; nothing for candidates beyond the wanted points.
   std::vector<std::optional<std::size_t>> choose() {
     std::vector<std::optional<std::size_t>> candidates;
     for (const std::vector<double>& at : evolution_.ask()) {

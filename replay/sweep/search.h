@@ -8,13 +8,14 @@
 
 namespace tessera::replay {
 
-// A study with a goal: generations of candidates (unit_samples.h), each the coordinates of a point along the
-// axes, made by run_sweep() and scored (goal.h). A candidate that fell on a point before is that point. Ends with as
-// many points as the goal wants, for each capture, or when kIdleGenerations in turn brought none that is new.
+// Runs a study with a goal in generations of candidates (unit_samples.h). A candidate is the coordinates of a point
+// along the axes; run_sweep() makes it and goal.h scores it. A candidate that hits an earlier point takes that point's
+// result. The search ends when it has as many points as the goal wants, for each capture, or when kIdleGenerations
+// consecutive generations had no new point.
 //
 // Invariants (cited by the tests):
-//   GS1  The points follow from the study, the captures and the program alone: a search that was killed goes through
-//        the same generations again, and finds their results.
+//   GS1  The points depend on the study, the captures and the program alone: a search that was killed goes through the
+//        same generations again, and finds their results.
 //   GS2  Nothing is rendered for a candidate whose function (SweepPoint::function) was rendered before.
 struct SearchResult {
   SweepOutcome outcome;
@@ -23,7 +24,7 @@ struct SearchResult {
 };
 inline constexpr std::size_t kIdleGenerations = 30;
 
-// Adds the candidates to `study`. `shown`: called with the points so far before each generation is made.
+// Adds the candidates to `study`. `shown` receives the points so far before each generation is made.
 SearchResult run_search(Study& study, const std::string& program, const SweepFolder& folder,
                         const SweepOptions& options, CaptureLibrary& library,
                         const std::function<void(const std::vector<SweepPoint>&)>& shown);

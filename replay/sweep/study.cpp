@@ -41,7 +41,7 @@ bool flag_of(const json& value, const Place& place) {
   return value.get<bool>();
 }
 
-// Runs `parse`, whose complaint becomes one about the place.
+// Runs `parse` and turns its error into an error at the place.
 template <class Parse>
 auto at_place(const Place& place, const Parse& parse) {
   try {
@@ -70,7 +70,7 @@ void check_value(const Study& study, const std::string& key, const json& value, 
       gpu::load_gpu(find_gpu(study.file, text_of(value, place)));
     } else {
       gpu::RunSettings settings;
-      // A multiple is one of what the machine has; whether that of an axis has it, its points say.
+      // A relative value refers to the machine of the study; the points check it for the machines of an axis.
       gpu::GpuConfiguration gpu = gpu::is_relative(value) ? gpu::load_gpu(study.gpu) : gpu::GpuConfiguration();
       gpu::set_key(key, value, settings, gpu);
     }

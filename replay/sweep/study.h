@@ -19,36 +19,36 @@
 
 namespace tessera::replay {
 
-// A range of which samples and searches take any number, not steps.
+// A range in which samples and searches take any number, not steps.
 struct OpenRange {
   double from = 0, to = 0;
   bool logarithmic = false;  // equal factors are equally likely, not equal differences
-  bool whole = false;        // whole numbers alone; the ends are as likely as any other
+  bool whole = false;        // whole numbers alone; the ends are as likely as other numbers
 
-  // `at`: in [0, 1). Six digits at most, so that people can read them.
+  // `at` lies in [0, 1). The value has at most six digits, so that people can read it.
   double value(double at) const;
 };
 
-// One dimension of a design space: keys that are set together, and the values that they take.
+// One dimension of a design space: keys that are set together, and their values.
 struct StudyAxis {
   std::vector<std::string> keys;
   std::vector<std::vector<nlohmann::json>> values;  // of each step along the axis: one value per key
-  std::optional<OpenRange> range;                   // values are its ends, then those taken so far
-  std::map<double, std::uint32_t> taken;            // of a range: steps by their numbers
-  std::vector<std::string> key_notes;               // on keys that go by a former name
+  std::optional<OpenRange> range;         // set for a range: `values` are its ends, then the values taken so far
+  std::map<double, std::uint32_t> taken;  // for a range: number -> step
+  std::vector<std::string> key_notes;     // notes about keys with a former name
 
-  // The step of a coordinate in [0, 1): of a list, all values have equal parts; of a range, the value becomes a step.
+  // The step of a coordinate in [0, 1). The values of a list have equal shares; for a range, the number becomes a step.
   std::uint32_t step_at(double coordinate);
 };
 
-// "sample": so many points all over the axes.
+// "sample": `points` points spread over the axes.
 struct Sample {
   SampleMethod method = SampleMethod::kLatinHypercube;
   std::size_t points = 0;
   std::uint64_t seed = 0;
 };
 
-// "goal": which point is best by a column (goal.h): of all combinations, or with "points" of a search.
+// "goal": the best point by a column (goal.h), among all combinations, or in a search if "points" is set.
 struct Goal {
   struct Limit {
     std::string column;
@@ -65,27 +65,29 @@ struct Goal {
 struct Study {
   std::filesystem::path file;
   std::string title;
-  std::vector<std::string> capture_names;       // as written in the file
-  std::vector<std::filesystem::path> captures;  // the same, found from the folder of the file
+  std::vector<std::string> capture_names;       // as in the file
+  std::vector<std::filesystem::path> captures;  // the same, resolved from the folder of the file
   std::optional<std::string> variant;           // of all captures: scene::CaptureLimits::variant
   ViewChoices view;                             // of all captures
-  std::optional<FrameRange> frames;             // else those of each capture
-  std::optional<ImageSize> size;                // else that of each capture
+  std::optional<FrameRange> frames;             // unset: each capture's own
+  std::optional<ImageSize> size;                // unset: each capture's own
   std::string gpu = "mid-mobile";               // preset, or a file found from the folder of the study
   std::vector<std::pair<std::string, nlohmann::json>> settings;
   std::vector<StudyAxis> axes;
   std::vector<std::string> key_notes;  // on keys of settings and axes that go by a former name
   std::optional<Sample> sample;
   std::optional<Goal> goal;
-  // With either: the steps of each point along the axes, for each capture; a search adds to them. Else all combinations.
+  // With a sample or a goal: the steps of each point along the axes, for each capture; a search adds to them. Otherwise
+  // all combinations.
   std::vector<std::vector<std::uint32_t>> chosen;
   std::vector<std::string> columns;  // in the order wanted, patterns resolved
-  std::vector<std::string> kept;     // those of them that tables have also where they are 0 all over
+  std::vector<std::string> kept;     // columns that tables keep even where they are 0 in all rows
   bool baselines = false;            // whether a column or the file asks for them
   bool images = false;               // keep the image and the tile maps of every frame
-  bool records = false;              // keep what frames of any timing are timed from
+  bool records = false;              // keep the record of every render, for later timings
   std::vector<Split> splits;         // of every frame, in split.csv
-  std::uint64_t point_count = 0;     // captures times steps of all axes, or times the points wanted: of a goal, at most
+  std::uint64_t point_count =
+      0;  // captures times steps of all axes, or times the wanted points; for a goal an upper limit
 
   bool searches() const { return goal && goal->points > 0; }
   bool is_grid() const { return !sample && !searches(); }
@@ -94,23 +96,23 @@ struct Study {
   std::vector<std::string> split_names() const;
 };
 
-// Keys of an axis besides those of set_key(): the preset or file of the machine, and the image's size.
+// Keys of an axis besides the keys of set_key(): the preset or file of the machine, and the image's size.
 inline constexpr const char* kGpuKey = "gpu";
 inline constexpr const char* kSizeKey = "size";
 
-// Throws InputError (file, JSON pointer, what is wrong; unknown names with the nearest known one), and LimitError
-// before anything is made of a study, or of a range in it, with more than `max_points` points.
+// Throws InputError (file, JSON pointer, fault; unknown names with the nearest known one), and LimitError before it
+// makes a study, or a range in it, with more than `max_points` points.
 Study read_study(const std::filesystem::path& file, std::uint64_t max_points);
-// The same of a document that is in no file; names are found from the folder of `file`.
+// The same for a document in memory; names are resolved from the folder of `file`.
 Study parse_study(const nlohmann::json& root, const std::filesystem::path& file, std::uint64_t max_points);
 
-// The machine of a value of kGpuKey.
+// The machine for a value of kGpuKey.
 gpu::GpuConfiguration load_axis_gpu(const Study& study, const nlohmann::json& value);
 
 // The files that describe machines of a study.
 std::vector<std::filesystem::path> machine_files(const Study& study);
 
-// What one point runs with: the machine, then the fixed settings, then the steps of the axes in their order.
+// Configuration of one point: the machine, then the fixed settings, then the steps of the axes in their order.
 struct PointConfiguration {
   gpu::GpuConfiguration gpu;
   gpu::RunSettings settings;

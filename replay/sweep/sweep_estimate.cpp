@@ -33,11 +33,11 @@ class Estimator {
   }
 
  private:
-  // Of one frame of a capture, on as many threads as a worker has.
+  // Seconds of one frame of a capture, with one worker's threads.
   struct FrameSeconds {
     double render = 0, timing = 0;
     double pixels = 0;
-    int frames = 0;  // of a point
+    int frames = 0;  // frames of a point
   };
 
   void add(const std::vector<std::size_t>& group) {

@@ -7,20 +7,21 @@
 
 namespace tessera::replay {
 
-// What a run would do and how long it would take: `--dry-run`. Writes nothing.
+// Work and duration of a planned run: `--dry-run`. Writes nothing.
 struct SweepEstimate {
   std::size_t points = 0, found = 0, renders = 0, timings = 0, refused = 0;
-  // Of a frame of the first point to be rendered of each capture, measured now; means over captures. 0 without.
+  // Seconds of a frame, measured now with the first point to be rendered of each capture; means over captures. 0
+  // without one.
   double render_seconds = 0, timing_seconds = 0;
   std::size_t workers = 1;
-  double seconds = 0;  // wall clock, of all frames, by their pixels
+  double seconds = 0;  // wall clock for all frames, scaled by their pixels
 };
 
 SweepEstimate estimate_sweep(const Study& study, const std::vector<SweepPoint>& points,
                              const std::vector<std::size_t>& mine, const SweepFolder& folder,
                              const SweepOptions& options, CaptureLibrary& library);
 
-// Of a goal: a Latin hypercube of as many candidates as it wants stands for those that it will come upon.
+// The points of a study with a goal are not known: a Latin hypercube of as many candidates as it wants stands for them.
 std::vector<SweepPoint> expected_points(Study& study, const std::string& program);
 
 }  // namespace tessera::replay

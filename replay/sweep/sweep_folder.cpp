@@ -27,7 +27,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-// Of the first point whose values a machine can have.
+// Configuration of the first point that a machine can have.
 PointConfiguration first_configuration(const Study& study, const std::vector<SweepPoint>& points) {
   for (const SweepPoint& point : points)
     if (point.fault.empty()) return configure_point(study, point.steps);
@@ -44,7 +44,7 @@ json manifest_json(const Study& study, const std::vector<SweepPoint>& points) {
               {"axes", study.axis_keys()},   {"columns", study.columns},     {"kept", study.kept},
               {"settings", settings},        {"records", study.records},     {"baselines", study.baselines},
               {"pictures", study.images},    {"split", study.split_names()}, {"points", list}};
-  // What every point has in common, axes deferred: that of the first one.
+  // Configuration that all points share, except for the axes: the first point's.
   const PointConfiguration first = first_configuration(study, points);
   out["first_point"] = {{"gpu", gpu::gpu_json(first.gpu)}, {"settings", gpu::settings_json(first.settings)}};
   if (study.sample) out["sample"] = sample_json(*study.sample);
@@ -163,7 +163,7 @@ namespace {
 
 bool says_nothing(const json& value) { return value == 0 || value == "" || value == false; }
 
-// Leaves out columns that say nothing in any row, but for those of "kept" (older manifests keep all).
+// Leaves out columns that are empty in every row, except for the ones of "kept" (older manifests keep all).
 void drop_empty_columns(JoinedSweep& sweep) {
   if (!sweep.manifest.contains("kept")) return;
   std::set<std::string> kept;
@@ -236,7 +236,7 @@ std::string split_csv(const JoinedSweep& sweep) {
 Goal goal_of(const json& manifest) {
   if (manifest.contains("goal")) return read_goal(manifest["goal"], scene::gltf::Place("sweep.json").at("goal"));
   Goal goal;
-  // Cycles of different clocks are not those of the faster machine.
+  // Cycles of machines with different clocks cannot be compared.
   const json& axes = manifest.at("axes");
   const bool clocks =
       std::any_of(axes.begin(), axes.end(), [](const json& key) { return key == "clock.mhz" || key == kGpuKey; });

@@ -133,7 +133,7 @@ class Run {
     return rendered;
   }
 
-  // What a render on the point's machine gives; images are the same.
+  // The results of a render on the point's machine, timed from the record; images are the same.
   void time_again(const SweepPoint& point, const RenderedPoint& rendered) {
     const Stopwatch watch;
     try {
@@ -156,7 +156,7 @@ class Run {
     progress_->update(outcome_.made, fmt::format("{}: {:.2f} s", point_label(study_, point), watch.seconds()));
   }
 
-  // Of its function, in this part of the sweep or in another.
+  // Whether points of the same function lack results, in this part of the sweep or in another.
   bool others_missing(const SweepPoint& point) const {
     const std::vector<std::size_t>& all = siblings_.at(point.function);
     return std::any_of(all.begin(), all.end(), [&](std::size_t p) {

@@ -30,7 +30,7 @@ std::vector<double> DifferentialEvolution::mutant_of(std::size_t target) {
   }
   const std::vector<double>&base = members_[others[0]], &plus = members_[others[1]], &minus = members_[others[2]];
   std::vector<double> mutant = members_[target];
-  const std::size_t always = numbers_.below(mutant.size());  // one coordinate at least is not the target's
+  const std::size_t always = numbers_.below(mutant.size());  // at least one coordinate is not the target's
   for (std::size_t d = 0; d < mutant.size(); ++d) {
     if (const bool crosses = numbers_.fraction() < kCrossover; !crosses && d != always) continue;
     double at = base[d] + kWeight * (plus[d] - minus[d]);
@@ -47,7 +47,7 @@ void DifferentialEvolution::tell(std::span<const Score> scores) {
     members_ = candidates_;
     scores_.assign(scores.begin(), scores.end());
   } else {
-    // As good is enough: the population moves over ground that is level.
+    // An equal score suffices: so the population crosses level ground.
     for (std::size_t i = 0; i < members_.size(); ++i)
       if (!scores_[i].better_than(scores[i])) {
         members_[i] = candidates_[i];

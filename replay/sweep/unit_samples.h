@@ -9,7 +9,7 @@
 
 namespace tessera::replay {
 
-// Whole numbers and fractions that follow from a seed alone, on every platform: splitmix64 (Steele, Lea and Flood 2014).
+// Whole numbers and fractions that depend on a seed alone, on every platform: splitmix64 (Steele, Lea and Flood 2014).
 class SeededNumbers {
  public:
   explicit SeededNumbers(std::uint64_t seed) : state_(seed) {}
@@ -32,24 +32,25 @@ std::string_view name(SampleMethod method);
 std::vector<std::vector<double>> unit_samples(SampleMethod method, std::size_t count, std::size_t dimensions,
                                               std::uint64_t seed);
 
-// How good a candidate is: less is better. `violation` sums by how much its constraints are missed, each as a part of
-// its limit; 0 where all are met, infinite where there is no such machine.
+// How good a candidate is: less is better. `violation` is the sum of the amounts by which limits are missed, each as a
+// part of its limit; 0 where all are met, infinite where there is no such machine.
 struct Score {
   double objective = 0, violation = 0;
 
-  // Deb's rules (2000): what meets the constraints is better than what does not; of two that do, the one with the lower
-  // objective, of two that do not, the one with the lower violation.
+  // Deb's rules (2000): a candidate that meets the constraints is better than one that does not; of two that do, the
+  // one with the lower objective; of two that do not, the one with the lower violation.
   bool better_than(const Score& other) const;
 };
 
 // Differential evolution, DE/rand/1/bin (Storn and Price 1997), over the unit cube [0, 1)^dimensions, with F = 0.8 and
-// CR = 0.9. Of the paper it differs in three things: the first generation is a Latin hypercube; a coordinate of a mutant
-// that leaves the cube is put halfway between its base and the face; and Score::better_than() decides who survives.
+// CR = 0.9. It differs from the paper in three points: the first generation is a Latin hypercube; a coordinate of a
+// mutant that leaves the cube is put halfway between its base and the face; and Score::better_than() decides which one
+// survives.
 //
 //   ask() -> candidates of a generation, as many as the population -> tell(their scores) -> ask() ...
 //
 // Invariants (cited by the tests):
-//   DE1  What is asked follows from the seed and from the scores told, and from nothing else.
+//   DE1  The candidates of ask() depend on the seed and on the scores of tell(), and on nothing else.
 //   DE2  All candidates lie in the cube.
 //   DE3  A member of the population is never replaced by a worse one.
 class DifferentialEvolution {

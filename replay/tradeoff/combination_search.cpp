@@ -9,8 +9,8 @@
 namespace tessera::replay {
 namespace {
 
-constexpr double kLeastSquared = 1e-12;  // of an image that equals the reference
-constexpr double kLeastShare = 0.1;      // of an error, that settings leave of it at most
+constexpr double kLeastSquared = 1e-12;  // stands for the squared error of an image that equals the reference
+constexpr double kLeastShare = 0.1;      // least share of an error that settings are assumed to leave
 
 }  // namespace
 

@@ -8,26 +8,27 @@
 
 namespace tessera::replay {
 
-// Finds the cheapest combination of settings that is good enough without trying all of them. What an untried one costs and
-// errs by is guessed from the measured ones that share most settings with it: costs by the ratios, squared errors and FLIP by
-// the differences that the settings make alone.
+// Finds the cheapest combination of settings that is good enough without trying all of them. Costs and errors of an
+// untried combination are estimated from the measured ones that share most settings with it: costs by the ratios,
+// squared errors and FLIP by the differences that the settings make alone.
 //
 // Invariants (cited by the tests):
 //   CSE1  No combination is proposed twice, nor one whose settings were all measured alone.
-//   CSE2  Where costs multiply and squared errors add up, what is found is the cheapest that is good enough.
+//   CSE2  Where costs multiply and squared errors add up, the result is the cheapest combination that is good enough.
 class CombinationSearch {
  public:
-  // Knobs whose settings were measured alone, the others as `against`. Those in double are left out.
+  // Knobs whose settings were measured alone, with the other knobs at `against`. Settings in double precision are left
+  // out.
   CombinationSearch(const std::vector<KnobResult>& knobs, const CheapestWanted& wanted);
 
-  using Combination = std::vector<std::size_t>;  // of each knob, the number of its setting
+  using Combination = std::vector<std::size_t>;  // per knob: the number of its setting
 
-  // What to try next: the cheapest that should be good enough and cheaper than the best; while none was good enough, what
-  // should miss by least. Nothing when no such is left.
+  // The combination to try next: the cheapest that should be good enough and cheaper than the best so far; while none
+  // was good enough, the one that should miss by least. Nothing when no such combination is left.
   std::optional<Combination> next() const;
   void add(const Combination& tried, const Measurement& measured);
 
-  bool found() const { return best_.has_value(); }  // one that is good enough
+  bool found() const { return best_.has_value(); }  // a good-enough combination
 
  private:
   // Squared error, FLIP and cost.
@@ -46,7 +47,7 @@ class CombinationSearch {
   std::vector<std::vector<Outcome>> alone_;  // by knob and setting
   std::vector<Combination> all_;
   std::vector<Tried> tried_;
-  std::optional<double> best_;  // cost of what is good enough
+  std::optional<double> best_;  // cost of the best good-enough combination
 };
 
 }  // namespace tessera::replay

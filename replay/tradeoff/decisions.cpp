@@ -24,12 +24,12 @@ std::optional<std::uint64_t> whole_figure(const TrialResult& trial, const std::s
   return found == trial.figures.end() ? std::nullopt : std::optional(std::get<std::uint64_t>(found->second));
 }
 
-// The same image for the same work: what a knob without effect leaves alike. Host times differ always.
+// Image and work of a setting, which a knob without effect leaves equal. Host times always differ.
 auto image_and_work(const Measurement& m) {
   return std::tie(m.image_sha256, m.cycles, m.dram_bytes, m.energy_nj, m.watched);
 }
 
-// Of settings that time the same frame, by the finest.
+// Compares settings that time the same frame with the finest one.
 void compare_times(KnobResult& knob, const Measurement& finest) {
   for (SettingResult& setting : knob.settings) {
     const Measurement& m = setting.measured;
@@ -126,13 +126,13 @@ double shortfall_db(const ImageError& error, const CheapestWanted& wanted) {
 
 namespace {
 
-// The first of the machine's settings, in the order of `rank`, of those that have one.
+// The first of the machine's settings in the order of `rank`, among the settings that have a rank.
 template <class Rank>
 std::optional<CheapestSetting> first_by(const std::vector<KnobResult>& knobs, Cost cost, const Rank& rank) {
   std::optional<CheapestSetting> best;
   std::optional<std::pair<double, double>> least;
   for (const KnobResult& knob : knobs) {
-    if (knob.timed) continue;  // one machine, whoever times it
+    if (knob.timed) continue;  // all its settings time one machine
     for (const SettingResult& setting : knob.settings) {
       const auto of = cost_of(setting.measured, cost);
       if (!of || setting.in_double) continue;

@@ -133,7 +133,7 @@ std::vector<EffectResult> effects_of(const gpu::FrameResult& frame) {
     for (const std::string_view name : one.counters)
       effect.counters[std::string(name)] =
           name.starts_with(kRightEye) ? value_of(right, name.substr(kRightEye.size())) : value_of(counted, name);
-    // Layers of materials have no counters but those of where they are drawn.
+    // The only counters of a layer of materials are the sub-patches in which it is drawn.
     if (one.of_scene() && one.name != "environment_image")
       effect.counters[fmt::format("{}{}.sub_patches", kPlaces, one.name)] = effect.sub_patches;
     if (effect.ran) effect.without = without_text(one);
@@ -193,7 +193,7 @@ std::string effects_csv(const std::string& capture, const std::vector<EffectResu
                                  less_bytes(all.dram_bytes, m.dram_bytes),
                                  json(all.processor_seconds.median - m.processor_seconds.median)});
     } else {
-      // An absent effect costs nothing; nobody knows what one costs that stays.
+      // An absent effect costs nothing; the cost of an effect that could not be left out is unknown.
       for (int k = 0; k < 4; ++k) cells.push_back(effect.ran ? json() : json(0));
     }
     cells.insert(cells.end(), {all.ms ? json(*all.ms) : json(), json(cost_of(all, Cost::kMj).value_or(0)),

@@ -10,10 +10,10 @@
 
 namespace tessera::replay {
 
-// An effect of docs/effects.md, how a frame is drawn without it, and what counts its work.
+// An effect of docs/shading.md, the way to draw a frame without it, and the counters of its work.
 struct EffectCase {
-  std::string name;   // as stats.json calls it
-  KeyValues without;  // keys that leave it out; none: the scene is drawn without it (PackedCaptures::without)
+  std::string name;   // its name in stats.json
+  KeyValues without;  // keys that turn it off; none: the scene is drawn without it (PackedCaptures::without)
   std::vector<std::string_view> counters;  // all 0 in a frame in which it did not run (EFC2)
 
   bool of_scene() const { return without.empty(); }
@@ -22,14 +22,16 @@ struct EffectCase {
 // Invariants (cited by the tests):
 //   EFC1  Every effect that a frame reports has a case.
 //   EFC2  The counters of an effect that did not run are 0.
-//   EFC3  An effect's cost is that of the frame less that of the frame without it; the image change is measured between the
-//        two images, as shown.
+//   EFC3  An effect's cost is the cost of the frame minus the cost of the frame without it; the image change is
+//         measured between the two images, as shown.
 const std::vector<EffectCase>& effect_cases();
 
-// What a frame says of all effects, by effect_cases()'s order: whether, why and where each ran, and its counters.
+// A frame's report about all effects, in the order of effect_cases(): whether, why and where each ran, and its
+// counters.
 std::vector<EffectResult> effects_of(const gpu::FrameResult& frame);
 
-// Effects for people, in about as many lines as effects ran. `knob`: the measured settings; the first has all effects.
+// Effects for people, about one line for each effect that ran. `knob`: the measured settings; the first has all
+// effects.
 std::string effects_table(const std::vector<EffectResult>& effects, const KnobResult& knob);
 
 // A row for each effect.

@@ -158,7 +158,7 @@ std::vector<Knob> shading_knobs() {
             {"4 sub-pixel bits", {{"tessellator.subpixel_bits", 4}}},
             {"half attributes, 4 sub-pixel bits", {{"shading.attributes", "half"}, {"tessellator.subpixel_bits", 4}}}},
            "float, 8 sub-pixel bits");
-  // As the double one shades, and draws procedures.
+  // The settings with which the renderer in double precision shades and draws procedures.
   arithmetic.context = {
       {"shading.rate", "sample"}, {"shading.surface", "evaluated"}, {"procedures.path", "tessellated"}};
   return {arithmetic,
@@ -172,7 +172,7 @@ std::vector<Knob> shading_knobs() {
                values_of("tilecore.weight_bits", {8, 10, 12, 16, 24}, " bits"), "16 bits")};
 }
 
-// Of maps of lights.
+// Knobs of the lights' shadow maps.
 std::vector<Knob> shadow_knobs() {
   const auto maps = [](const char* name, const char* title, const std::string& key,
                        std::initializer_list<json> values) {
@@ -265,7 +265,7 @@ std::vector<Knob> resolve_knobs() {
   };
 }
 
-// Models of the same machine, the finest first: they differ in what of a record they look at.
+// Models of the same machine, the finest first: they read different parts of a record.
 Knob timing_knob(const char* name, const char* title, std::vector<KnobSetting> settings) {
   Knob out = knob(name, title, std::move(settings), "");
   out.against = 0;

@@ -14,7 +14,7 @@
 
 namespace tessera::replay {
 
-// Values of keys, as --set takes them.
+// Values of keys, in the form that --set takes.
 using KeyValues = std::vector<std::pair<std::string, nlohmann::json>>;
 
 // One setting of a knob.
@@ -22,12 +22,12 @@ struct KnobSetting {
   std::string label;
   KeyValues values;
   bool in_double = false;        // the reference renderer with the machine's samples, instead of the machine
-  Packing packing{};             // of the capture before it is drawn
-  bool goes_on = false;          // from the frames before: left out where there are none
-  bool ideal_registers = false;  // its register file takes the silicon that it has without the setting
+  Packing packing{};             // packing of the capture before it is drawn
+  bool goes_on = false;          // continues from the previous frames: left out where there are none
+  bool ideal_registers = false;  // its register file has the same silicon as without the setting
 };
 
-// What a capture must have for a knob to change anything.
+// The property of a capture without which a knob changes nothing.
 enum class KnobNeed {
   kNothing,
   kMotion,
@@ -41,36 +41,37 @@ enum class KnobNeed {
   kMovingShadows
 };
 
-// Something of the emulated machine that buys accuracy and costs something.
+// A property of the emulated machine that trades accuracy for cost.
 struct Knob {
-  std::string name;   // as --knob takes it
+  std::string name;   // name for --knob
   std::string title;  // for tables
   KnobNeed need = KnobNeed::kNothing;
-  KeyValues context;  // what else is set while it is turned
+  KeyValues context;  // further values that are set while it is turned
   std::vector<KnobSetting> settings;
-  std::size_t against = 0;  // the setting that the others are compared with in words
-  bool visual = true;       // else every setting gives the same image, and costs alone differ
-  std::string watched;      // a column whose change is told as well: the cost that the knob is about; "" for none
+  std::size_t against = 0;  // index of the setting with which texts compare the others
+  bool visual = true;       // false: every setting gives the same image, and only costs differ
+  std::string watched;      // a column whose change is reported as well, the cost that the knob affects; "" for none
   std::string watched_as;   // its name in words
-  bool stored = false;      // the image that is compared is what the frame buffer holds, not the light before it
-  bool timed = false;  // how accurately a frame is timed: all settings time one record of it, the first most finely
+  bool stored = false;      // compares the image in the frame buffer's format, not the light before it
+  bool timed =
+      false;  // the knob changes the timing model: all settings time one record of the frame, the first most finely
 };
 
 const std::vector<Knob>& knobs();
-// Throws UsageError naming the nearest known one.
+// Throws UsageError with the nearest known name.
 const Knob& knob_named(const std::string& name);
 
-// Whether a setting goes on from the frames before, which are then rendered for each trial.
+// Whether a setting continues from the previous frames, which are then rendered for each trial.
 bool uses_history(const Knob& knob);
 
-// Why a knob has no effect on a frame, or "" when it may have one. `history`: whether frames before it are rendered.
+// Why a knob has no effect on a frame, or "" when it may have one. `history`: whether previous frames are rendered.
 std::string why_without_effect(const Knob& knob, const scene::FrameGeometry& frame, bool history);
 
-// Sets `values` in order. Throws UsageError as set_key does.
+// Sets `values` in order. Throws the UsageError of set_key().
 void apply(const KeyValues& values, gpu::RunSettings& settings, gpu::GpuConfiguration& gpu);
 
-// Adds the area of a KiB of registers with which the register file of `values` takes as much silicon as that of `gpu`: a
-// model that leaves registers out of account leaks no more than the machine that it times.
+// Adds to `values` the area per KiB of registers with which their register file takes as much silicon as `gpu`'s: a
+// model with ideal registers then leaks no more than the machine that it stands for.
 void keep_register_silicon(const gpu::GpuConfiguration& gpu, KeyValues& values);
 
 // "--set a.b=1 --set c.d=x"; "" without values.

@@ -12,22 +12,22 @@
 
 namespace tessera::replay {
 
-// How a capture is packed before it is drawn: attributes kept to so many bits by Draco or meshoptimizer. 0 bits: it is
-// drawn as it is.
+// Packing of a capture before it is drawn: Draco or meshoptimizer keeps attributes to so many bits. 0 bits: the capture
+// is drawn unchanged.
 struct Packing {
   bool meshopt = false;
   int bits = 0;
 
-  // "" as it is, else pack's options.
+  // "" for an unchanged capture, else pack's options.
   std::string arguments() const;
   bool operator==(const Packing&) const = default;
 };
 
-// A capture as it is and as pack writes it, each read when it is first asked for and kept as long as this. Files lie in a
-// folder of their own below the system's for temporary ones, which is removed at the end.
+// A capture and its packed versions, each read on first use and kept as long as this object. The files lie in a folder
+// of their own below the system's folder for temporary files; it is removed at the end.
 class PackedCaptures {
  public:
-  // Throws what read_capture() throws.
+  // Throws the errors of read_capture().
   PackedCaptures(std::filesystem::path file, const scene::CaptureLimits& limits, ViewChoices view = {},
                  std::optional<ImageSize> size = std::nullopt);
   ~PackedCaptures();
@@ -35,10 +35,10 @@ class PackedCaptures {
   PackedCaptures& operator=(const PackedCaptures&) = delete;
 
   const std::shared_ptr<const gpu::PreparedCapture>& original() const { return known_.at("").prepared; }
-  // Throws what pack_capture() and read_capture() throw.
+  // Throws the errors of pack_capture() and read_capture().
   const std::shared_ptr<const gpu::PreparedCapture>& of(const Packing& packing);
   // The original without an effect of its scene: a layer of materials (scene::kMaterialEffectNames), or
-  // "environment_image", in whose place the studio lights it.
+  // "environment_image", which the studio light replaces.
   const std::shared_ptr<const gpu::PreparedCapture>& without(const std::string& effect);
 
  private:
@@ -53,7 +53,7 @@ class PackedCaptures {
   ViewChoices view_;
   std::optional<ImageSize> size_;
   std::map<std::string, Loaded> known_;    // by Packing::arguments()
-  std::map<std::string, Loaded> without_;  // by the effect that is left out
+  std::map<std::string, Loaded> without_;  // by the name of the missing effect
 };
 
 }  // namespace tessera::replay

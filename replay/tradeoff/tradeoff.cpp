@@ -31,10 +31,10 @@
 namespace tessera::replay {
 namespace {
 
-// A setting that is to be tried, and where its result goes.
+// A setting to be tried, and the place of its result.
 struct Row {
   std::string label;
-  KeyValues values;  // of the knob, without what the user set
+  KeyValues values;  // of the knob, without the user's values
   Trial trial;
 };
 
@@ -48,12 +48,12 @@ struct Block {
 
 // Trials whose rounds take turns, and that are kept together.
 constexpr std::ptrdiff_t kTakingTurns = 16;
-// Combinations that a search tries at most, and its work over that of the knobs alone: at most, and as expected. Knobs and
-// search together then take 0.6 to 1.4 times the work that is expected, whenever the search ends.
+// Limits of a search: the number of combinations, and its work over the work of the knobs alone, at most and as
+// expected. Knobs and search together then take 0.6 to 1.4 times the expected work, whenever the search ends.
 constexpr std::size_t kSearched = 32;
 constexpr double kSearchedWork = 1.5, kExpectedSearch = 0.75;
 
-// All combinations of one setting from each axis, those of the first axis next to each other.
+// All combinations of one setting from each axis; consecutive ones differ in the first axis.
 std::vector<std::vector<KnobSetting>> combinations_of(const std::vector<std::vector<KnobSetting>>& axes) {
   std::vector<std::vector<KnobSetting>> all(1);
   for (auto axis = axes.rbegin(); axis != axes.rend(); ++axis) {
@@ -93,7 +93,7 @@ class Tradeoff {
                                    [](const Block& block) { return !block.knob.timed && !block.rows.empty(); });
     std::optional<reference::Reference> reference;
     if (draws) reference = make_reference(prepared);
-    // Points that a kept reference judged are not those that its successor judges.
+    // The results of trials depend on the kept reference that judged them, so its hash is part of their names.
     if (draws && !options_.kept_references.empty()) {
       place_.reference += ", kept: " + values_sha256(reference->color);
       for (Block& block : blocks)
@@ -154,7 +154,7 @@ class Tradeoff {
       return {steps.titles[step], work > 0 ? std::min(1.0, (done - before) / work) : 0,
               clock_.seconds_left(options_.search ? steps.works.back() : 0)};
     if (work <= 0) return {steps.titles[step]};
-    // A search ends soon after the first that is good enough, or goes on to its last.
+    // A search ends soon after the first good-enough combination, or runs to its last one.
     const double left = good_enough_ ? work / 4 : (before + kSearchedWork / kExpectedSearch * work - done) / 2;
     const double share = (done / (done + std::max(left, 0.0)) * (before + work) - before) / work;
     return {steps.titles[step], std::clamp(share, 0.0, 1.0), clock_.seconds_left(std::max(left, 0.0))};
@@ -193,7 +193,8 @@ class Tradeoff {
             .stopped = false};
   }
 
-  // What each effect of the frame costs, by leaving it out. Images are compared with the one that has all of them.
+  // Measures the cost of each effect of the frame by leaving it out. Images are compared with the one that has all
+  // effects.
   TradeoffResult run_effects(PackedCaptures& captures) {
     TradeoffResult out = empty_result();
     KnobSetting plain;
@@ -244,7 +245,7 @@ class Tradeoff {
     for (const std::string& name : options_.joint)
       if (knob_named(name).timed)
         throw UsageError(fmt::format("--joint: {} is about how a frame is timed, not about the machine", name));
-    // Scene, two images, histories: what reading the capture takes is checked there.
+    // Scene, two images, histories; reading the capture checks its own memory.
     const std::uint64_t bytes =
         static_cast<std::uint64_t>(options_.width) * static_cast<std::uint64_t>(options_.height) * 512;
     if (bytes > options_.max_bytes)
@@ -304,7 +305,7 @@ class Tradeoff {
     return row;
   }
 
-  // A knob as it is turned here: without settings that go on from frames that there are none of.
+  // A knob as measured here: without settings that continue from previous frames if there are none.
   Knob turned(const std::string& name) const {
     Knob knob = knob_named(name);
     if (place_.first_frame < place_.frame) return knob;
@@ -341,7 +342,7 @@ class Tradeoff {
     return blocks;
   }
 
-  // False when asked to stop before all of the block was measured; what was is kept.
+  // Returns false if a stop was requested before all of the block was measured; finished results are kept.
   bool measure(PackedCaptures& captures, const Block& block, const Image* reference) {
     std::vector<Trial> missing;
     std::set<std::string> asked;
@@ -383,7 +384,7 @@ class Tradeoff {
     for (const Row& row : block.rows) {
       KeyValues all = options_.base;
       all.insert(all.end(), row.values.begin(), row.values.end());
-      // A command that sets what the chosen models do not read would be refused.
+      // Drops values that the chosen models do not read: the replay command would refuse them.
       std::erase_if(all, [&](const auto& value) { return !gpu::unread_because(row.trial.gpu, value.first).empty(); });
       SettingResult& setting = out.settings.emplace_back();
       setting.label = row.label;
@@ -402,8 +403,8 @@ class Tradeoff {
   // A knob of a joint search.
   struct JointAxis {
     std::string title;
-    std::vector<KnobSetting> settings;  // those on its own front of error against time, and the one asked for
-    std::optional<std::size_t> base;    // of `settings`, the one asked for
+    std::vector<KnobSetting> settings;  // the ones on its own front of error against time, and the requested one
+    std::optional<std::size_t> base;    // index into `settings`: the requested one
     bool later = false;                 // turned where the others are at their best: see add_joint()
   };
 
@@ -435,8 +436,8 @@ class Tradeoff {
     return setting;
   }
 
-  // Whether the knob's settings, alone and together with those of others, are frames like all others: the image is not the
-  // stored one, nothing is packed, and no key is in `keys`, to which its own are added.
+  // Whether the knob's settings, alone and combined with other knobs', give ordinary frames: the image is not the
+  // stored one, nothing is packed, and none of its keys is in `keys`, to which they are added.
   static bool combines(const Knob& knob, std::set<std::string>& keys) {
     std::set<std::string> own;
     for (const KnobSetting& setting : knob.settings) {
@@ -450,7 +451,7 @@ class Tradeoff {
     return true;
   }
 
-  // The axes of the knobs that were asked for, the later ones last. A knob that does nothing here has none.
+  // The axes of the requested knobs, the later ones last. A knob without effect here has no axis.
   std::vector<JointAxis> joint_axes(const std::vector<KnobResult>& results) const {
     std::vector<JointAxis> axes;
     std::set<std::string> keys;
@@ -475,8 +476,8 @@ class Tradeoff {
     return axes;
   }
 
-  // All combinations of the axes of the knobs that were asked for. Knobs that go on from the frames before cost many frames
-  // a trial: they stay as asked for at first, and are then turned at those combinations that no other beats.
+  // Measures all combinations of the axes of the requested knobs. Knobs that continue from previous frames cost many
+  // frames per trial: they first stay as requested, and are then varied at the combinations on the front.
   void add_joint(PackedCaptures& captures, const Image* reference, const std::string& base,
                  std::vector<KnobResult>& results) {
     const std::vector<JointAxis> axes = joint_axes(results);
@@ -544,9 +545,9 @@ class Tradeoff {
     return rows;
   }
 
-  // Tries combinations of settings: the cheapest of those that should be good enough, by what was measured so far, until none
-  // that is left should be cheaper than the best; before one is good enough, what should come nearest. No more is tried once
-  // that was expected to be `max_work`.
+  // Tries combinations of settings: the cheapest one that should be good enough, by the measurements so far, until no
+  // remaining one should be cheaper than the best; before one is good enough, the one that should come nearest. Ends
+  // when the expected work of all tries reaches `max_work`.
   void add_search(PackedCaptures& captures, const Image* reference, const std::string& base, double max_work,
                   std::vector<KnobResult>& results) {
     std::vector<KnobResult> searched;
@@ -584,8 +585,8 @@ class Tradeoff {
   TrialPlace place_;
   FrameRecords records_;
   std::map<std::string, TrialResult> results_;  // by hash
-  WorkClock clock_;                             // of what is run here
-  std::atomic<bool> good_enough_{false};        // a search has found what it looks for
+  WorkClock clock_;                             // clock of the work in this run
+  std::atomic<bool> good_enough_{false};        // a search has found a good-enough combination
 };
 
 }  // namespace

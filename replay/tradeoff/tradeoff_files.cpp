@@ -249,7 +249,7 @@ std::string setting_in_words(const SettingResult& setting, const SettingResult& 
                              const std::string& watched_as) {
   const Measurement &now = setting.measured, &before = against.measured;
   if (setting.label == against.label && now.image_sha256 == before.image_sha256)
-    return fmt::format("{}: what the others are compared with", setting.label);
+    return fmt::format("{}: the others are compared with this", setting.label);
   std::vector<std::string> costs;
   if (!watched_as.empty()) costs.push_back(change(as_number(now.watched), as_number(before.watched), watched_as));
   costs.push_back(change(now.ms, before.ms, "time"));
@@ -271,7 +271,7 @@ const SettingResult* base_of(const TradeoffResult& tradeoff) {
   return nullptr;
 }
 
-// What was tried: "7 settings of samples" or "23 settings of 3 knobs and 32 combinations".
+// The tried settings: "7 settings of samples" or "23 settings of 3 knobs and 32 combinations".
 std::string tried_text(const TradeoffResult& tradeoff) {
   std::size_t settings = 0, knobs = 0, combinations = 0;
   std::string name;
@@ -316,7 +316,7 @@ std::string cheapest_text(const TradeoffResult& tradeoff, const CheapestAnswer& 
   if (const SettingResult* base = base_of(tradeoff)) text += line_of("as asked", base->measured);
   if (!answer.missed) return text;
   text += line_of("nearest", answer.missed->setting.measured);
-  return text + fmt::format("  nearest to being good enough of those that are not: {}\n", answer.missed->setting.label);
+  return text + fmt::format("  nearest to being good enough, but not: {}\n", answer.missed->setting.label);
 }
 
 namespace {
@@ -367,7 +367,7 @@ std::string tradeoff_table(const TradeoffResult& tradeoff, bool all) {
   for (const auto& [reason, names] : skipped)
     text += fmt::format("left out, because {}: {}\n", reason, fmt::join(names, ", "));
   return text + fmt::format("\n> the configuration asked for   * on the front of error (FLIP) against ms{}\n",
-                            all ? "" : "   --all: every setting, and what it costs in words");
+                            all ? "" : "   --all: every setting, with its costs in words");
 }
 
 }  // namespace tessera::replay

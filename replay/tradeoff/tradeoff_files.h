@@ -39,20 +39,21 @@ std::string tradeoff_csv(const TradeoffResult& tradeoff);
 void write_tradeoff(const std::filesystem::path& folder, const TradeoffResult& tradeoff,
                     const std::optional<CheapestAnswer>& cheapest);
 
-// One line about a setting beside the one that its knob compares with: what it costs or gains in decibels, and by how
-// much cycles, bytes, energy and what the knob watches (`watched_as`; "" for nothing) change. From figures of the
-// emulated machine alone: host times differ from run to run.
+// One line that compares a setting with the one of its knob's `against`: its cost or gain in decibels, and the changes
+// of cycles, bytes, energy and the watched figure (`watched_as`; "" for none). It uses figures of the emulated machine
+// alone, because host times differ from run to run.
 //   "bilinear: costs 0.58 dB against cubic; saves 1.0 % of resolve cycles"
 std::string setting_in_words(const SettingResult& setting, const SettingResult& against, const std::string& watched_as);
 
-// The answer in at most ten lines: the cheapest setting beside the configuration that was asked for, and the nearest miss.
+// The answer in at most ten lines: the cheapest setting compared with the requested configuration, and the nearest
+// miss.
 std::string cheapest_text(const TradeoffResult& tradeoff, const CheapestAnswer& answer);
 
-// Whether no other setting of its knob beats it in error and time, or it is the one that was asked for.
+// Whether no other setting of its knob beats it in error and time, or it is the requested configuration.
 bool decides(const SettingResult& setting);
 
-// The settings of each knob that decide, for people, after judge(): those on its front, and the one that was asked for. `all`:
-// those that others beat, too, and what is said of each.
+// The settings of each knob that decide, for people, after judge(): the ones on its front, and the requested one. `all`
+// adds beaten settings, and the sentence about each.
 std::string tradeoff_table(const TradeoffResult& tradeoff, bool all);
 
 }  // namespace tessera::replay

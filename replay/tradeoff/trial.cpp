@@ -61,7 +61,7 @@ std::map<std::string, Figure> figures_of(const hardware::Machine& gpu, const gpu
   return figures;
 }
 
-// Whether the compared frame goes on from the frames before it.
+// Whether the compared frame continues from the previous frames.
 bool goes_on(const Trial& trial, const TrialPlace& place) {
   return trial.settings.resolve.desampling == tilecore::Desampling::kAdaptive && !trial.in_double &&
          place.first_frame < place.frame;
@@ -79,12 +79,12 @@ class Runner {
                                                : captures.original()->capture.settings.exposure),
         reference_(reference != nullptr ? reference::display_values(*reference, exposure_) : Image()) {}
 
-  // The frame before the compared one is what a history is of.
+  // Renders the frames before the compared one, whose history it needs.
   void prepare(const Trial& trial, std::optional<tilecore::History>& history) {
     if (!goes_on(trial, place_)) return;
     const auto start = std::chrono::steady_clock::now();
     gpu::RunSettings settings = trial.settings;
-    settings.output.machine_model = false;  // nobody asks how long these frames take
+    settings.output.machine_model = false;  // the times of these frames are not needed
     gpu::Device renderer(prepared(trial), trial.gpu, settings, request());
     for (int frame = place_.first_frame; frame < place_.frame; ++frame) renderer.render(frame);
     history = renderer.history();
@@ -159,7 +159,7 @@ class Runner {
     return std::move(frame->targets.color);
   }
 
-  // Cycles and energy alone: what bounds them takes as long again for each unit.
+  // Cycles and energy alone: finding the bound takes as long again for each unit.
   const Image& time(const Trial& trial, const std::optional<tilecore::History>& history, TrialResult& result) {
     const FrameRecords::Record& record = record_of(trial, history);
     gpu::CycleCost cost;
@@ -215,7 +215,7 @@ class Runner {
   PackedCaptures& captures_;
   FrameRecords& records_;
   WorkClock& clock_;
-  double record_seconds_ = 0;  // of the round in hand, for its record
+  double record_seconds_ = 0;  // time of the current round that went into its record
   const TrialPlace& place_;
   float exposure_;
   Image reference_;                           // as shown
@@ -224,8 +224,8 @@ class Runner {
 
 }  // namespace
 
-// Shares are those of eight captures at 320x180 (docs/images/accuracy/all.csv): 64 samples take 1.8 to 7 times the host
-// time of four. The double-precision frame is a guess.
+// The factors are fitted to eight captures at 320x180 (docs/images/accuracy/all.csv): 64 samples take 1.8 to 7 times
+// the host time of four. The factor of the double-precision frame is a guess.
 TrialWork expected_work(const Trial& trial, const TrialPlace& place) {
   const double frame = 0.65 + 0.085 * trial.settings.sampling.samples_per_pixel;
   TrialWork work;

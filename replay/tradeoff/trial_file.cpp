@@ -16,7 +16,7 @@ namespace {
 using nlohmann::json;
 
 constexpr std::string_view kSchema = "tessera.trial/1";
-constexpr std::uint64_t kMaxFileBytes = 64u << 20;  // [assumed] a thousand times what is written
+constexpr std::uint64_t kMaxFileBytes = 64u << 20;  // [assumed] a thousand times the size of a written file
 
 json figure_json(const Figure& figure) {
   return std::visit([](auto value) { return json(value); }, figure);

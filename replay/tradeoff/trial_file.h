@@ -17,17 +17,17 @@ namespace tessera::replay {
 //    "host": {"seconds": [one per round], "processor_seconds": [...]}}
 //
 // Invariants (cited by the tests):
-//   TF1  read_trial() of what write_trial() wrote is what was written, to the last bit.
+//   TF1  read_trial() returns exactly the result that write_trial() wrote, to the last bit.
 //   TF2  A file that is cut short, lacks a member, or has one of another type or beyond its range is refused:
-//        InputError with the file and the byte or the JSON pointer. What is read, judge() can work with.
+//        InputError with the file and the byte or the JSON pointer. Every accepted trial is valid input for judge().
 
-// Null where there is none.
+// Null without an error.
 nlohmann::json error_json(const std::optional<ImageError>& error);
 
-// Throws WriteError. The file is there whole or not at all.
+// Writes the file whole or not at all. Throws WriteError.
 void write_trial(const std::filesystem::path& file, const TrialResult& trial);
 
-// `timed`: Trial::timed, which says whether there is an error.
+// `timed`: Trial::timed, which decides whether there is an error.
 TrialResult read_trial(const std::filesystem::path& file, bool timed);
 
 }  // namespace tessera::replay

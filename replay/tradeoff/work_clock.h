@@ -13,8 +13,8 @@ namespace tessera::replay {
 enum class WorkKind : std::uint8_t { kRender, kInDouble, kRecord, kTiming };
 inline constexpr std::size_t kWorkKinds = 4;
 
-// The time that is left, from the time that finished work took. Weights compare work of one kind well, and work of two
-// kinds roughly: each kind goes on at its own measured rate, and at the mean rate of all until it has one.
+// Estimates the time left from the time that finished work took. Weights compare work of one kind well, and work of two
+// kinds roughly: each kind continues at its own measured rate, and at the mean rate of all kinds until it has one.
 // Threads may call it at once.
 //
 // Invariants (cited by the tests):
@@ -26,7 +26,7 @@ class WorkClock {
 
   double done() const;  // the weight of all finished work
   double left() const;  // the weight of work that is expected and not finished
-  // Nothing before anything is finished. `more`: frames that nobody expects for sure, by weight.
+  // Nothing before any work is finished. `more`: weight of frames that may or may not follow.
   std::optional<double> seconds_left(double more = 0) const;
 
  private:

@@ -36,7 +36,7 @@ bool equal_in_constant_time(std::string_view a, std::string_view b) {
 std::pair<int, int> listen_on_loopback(int port) {
   const int listener = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (listener < 0) throw SystemError(fmt::format("no socket: {}", std::strerror(errno)));
-  // Of connections that ended a moment ago; a port on which another listens stays taken.
+  // Allows the port of connections that ended a moment ago; a port with another listener stays taken.
   const int yes = 1;
   setsockopt(listener, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
   sockaddr_in address{};
@@ -130,7 +130,7 @@ struct LoopbackServer::Exchange {
   bool events = false;
 };
 
-// A response of events that goes on: the text on its way, and how far. With the server's mutex held.
+// A running response of events: the text being sent, and the bytes sent so far. Call with the server's mutex held.
 struct LoopbackServer::Stream {
   LoopbackServer& server;
   MHD_Connection* connection;
@@ -149,7 +149,7 @@ struct LoopbackServer::Stream {
   }
 };
 
-// What libmicrohttpd calls, on its thread.
+// Callbacks of libmicrohttpd, on its thread.
 struct LoopbackServer::Callbacks {
   static ssize_t read_events(void* of, std::uint64_t, char* buffer, std::size_t most) {
     Stream& stream = *static_cast<Stream*>(of);
@@ -185,7 +185,7 @@ struct LoopbackServer::Callbacks {
     return queue(connection, MHD_HTTP_OK, response, "text/event-stream; charset=utf-8", "", false);
   }
 
-  // What is refused before the body comes; null where nothing is.
+  // Refuses a request before its body arrives; null if there is no reason to.
   static std::optional<HttpReply> refusal(const LoopbackServer& server, MHD_Connection* connection,
                                           const HttpRequest& request, bool known) {
     bool several = false;

@@ -40,11 +40,12 @@ HttpReply http_reply(unsigned status, std::string text, std::string type = "text
 //   LS1  It listens on 127.0.0.1 alone.
 //   LS2  Another Host than 127.0.0.1:PORT or localhost:PORT is refused (421) whatever the path: a name of another site
 //        that leads here shows nothing (DNS rebinding). So is another Origin, where one is sent (403).
-//   LS3  Everything is below /TOKEN/, 128 random bits in hexadecimal digits, compared in constant time. Anything else is
-//        404, also below it where the handler knows nothing. No path is one of the file system, and none is decoded.
+//   LS3  Everything is below /TOKEN/, 128 random bits in hexadecimal digits, compared in constant time. Anything else
+//        is 404, and so are paths below it that the handler does not know. No path is a path of the file system, and
+//        none is decoded.
 //   LS4  A body of more than kMaxBody bytes is not kept (413, or the connection ends); nor is a head of more than
 //        kMaxConnection. POST takes application/json alone (415).
-//   LS5  A reader of events that is slow gets the newest text of each name; nothing queues up.
+//   LS5  A slow reader of events gets the newest text of each name; nothing queues up.
 //   LS6  close() ends within moments whatever clients do.
 class LoopbackServer {
  public:
@@ -55,8 +56,8 @@ class LoopbackServer {
   static constexpr unsigned kMaxConnections = 64;
   static constexpr unsigned kIdleSeconds = 30;
 
-  // `port` 0: any. `events`: the path of the stream of events. Throws UsageError where the port is taken or needs
-  // rights, SystemError where no server can be had. What the handler throws becomes status 500.
+  // `port` 0: any free port. `events`: the path of the stream of events. Throws UsageError where the port is taken or
+  // needs privileges, SystemError where no server can be started. Exceptions of the handler become status 500.
   LoopbackServer(int port, std::string events, Handler handler);
   ~LoopbackServer();
   LoopbackServer(const LoopbackServer&) = delete;
@@ -67,11 +68,11 @@ class LoopbackServer {
   // "http://127.0.0.1:PORT/TOKEN/"
   std::string url() const;
 
-  // Sends an event of this name (one line, as JSON text) to all who listen; who comes later gets it first. An empty name
-  // is a comment that keeps connections alive.
+  // Sends an event of this name (one line, as JSON text) to all listeners; a later listener gets it first. An empty
+  // name is a comment that keeps connections alive.
   void send(const std::string& name, std::string_view text);
 
-  // Answers no more. Nobody may send meanwhile or later.
+  // Stops answering. No thread may call send() meanwhile or later.
   void close();
 
  private:
@@ -85,14 +86,14 @@ class LoopbackServer {
 
   bool is_page_host(std::string_view host) const;
   HttpReply answer(const HttpRequest& request) const;
-  // The path below the token; null where the token is another.
+  // The path below the token; null for another token.
   const char* below_token(std::string_view path) const;
 
   std::string events_path_, token_;
   Handler handler_;
   int port_ = 0;
   MHD_Daemon* daemon_ = nullptr;
-  std::mutex mutex_;  // of what follows
+  std::mutex mutex_;  // guards the following members
   std::map<std::string, Event> events_;
   std::set<Stream*> streams_;
   std::uint64_t sequence_ = 0;

@@ -36,7 +36,7 @@ class ViewCommand final : public Command {
     app.add_option("--frame", frame_, "The frame to view (default: the capture's first)")->type_name("N");
     app.add_option("--size", start_.size, "Size of the image (default: the capture's, else 1280x720)")
         ->type_name("WxH");
-    add_machine_options(app, start_.gpu, start_.sets, "What the view begins with; repeatable");
+    add_machine_options(app, start_.gpu, start_.sets, "Set a key at the start of the view; repeatable");
     app.add_option("--warmup", start_.warmup,
                    "With resolve.desampling=adaptive: render so many frames before, so that it has a history")
         ->type_name("N");
@@ -52,12 +52,13 @@ class ViewCommand final : public Command {
     add_view_options(app, start_.look, kViewGroup);
     add_shutter_option(app, start_.look.shutter, kViewGroup);
     app.footer(
-        "Prints the address of a page: that of report.html, with sliders for settings and numbers of the machine. A "
-        "change\n"
-        "of what only timing reads (pass `timing` of `tessera describe gpu`) times the frame again, any other renders "
-        "it.\n"
-        "A press measures what the frame takes without each drawable, as `tessera replay --without` does.\n"
-        "Only this machine reaches the page, and only who knows its address. Ctrl-C ends it.\n\n"
+        "Prints the address of a page like report.html, with sliders for settings and numbers of the "
+        "machine. A change\n"
+        "of a key that only timing reads (pass `timing` of `tessera describe gpu`) times the frame "
+        "again, any other renders it.\n"
+        "A button measures the frame without each drawable, as `tessera replay --without` does.\n"
+        "The page can be opened on this machine only, and only with its address. Ctrl-C ends it.\n"
+        "\n"
         "Example:\n"
         "  tessera view captures/eggs.glb --size 640x360");
   }
@@ -107,7 +108,7 @@ class ViewCommand final : public Command {
   }
 
  private:
-  // A disk that is full ends no view.
+  // A full disk does not end the view.
   void keep(const ViewResult& result) const {
     if (out_.empty()) return;
     try {

@@ -20,7 +20,7 @@ using Changes = std::vector<std::pair<std::string, json>>;
 
 constexpr int kMaxFrame = 100'000'000;
 
-// The value of a key; nothing where it stands for another key's (gpu::set_gpu_key()).
+// The value of a key; nothing for a key that stands for another one (gpu::set_gpu_key()).
 std::optional<json> value_of(const std::string& key, const gpu::RunSettings& settings,
                              const gpu::GpuConfiguration& gpu) {
   if (const auto* row = gpu::settings_keys().find(key)) return key_value_json(row->get(settings));

@@ -14,55 +14,55 @@
 
 namespace tessera::replay {
 
-// What a view begins with, as the command line says it.
+// The start of a view, from the command line.
 struct ViewStart {
   const scene::Capture* capture = nullptr;
-  std::string file;                // the capture as it was named
+  std::string file;                // the capture's name on the command line
   std::string gpu = "mid-mobile";  // preset or file
   std::vector<std::string> sets;   // "KEY=VALUE"
-  std::string size;                // "WxH"; "": the capture's
+  std::string size;                // "WxH"; "": the capture's size
   std::optional<std::string> variant;
-  ViewChoices look;          // that `capture` was read with
+  ViewChoices look;          // choices with which `capture` was read
   std::optional<int> frame;  // none: the capture's first
-  int warmup = 0;            // frames before, where history matters
+  int warmup = 0;            // frames before it, where history matters
 };
 
-// Everything that a result follows from.
+// All inputs of a result.
 struct ViewPoint {
   std::uint64_t revision = 0;
-  // Key and value of all that is other than at the start; what was changed last is last.
+  // Key and value of all differences from the start, the latest change last.
   std::vector<std::pair<std::string, nlohmann::json>> changes;
   int frame = 0;
-  bool keep = true;  // in the history
+  bool keep = true;  // kept in the history
   gpu::RunSettings settings;
   gpu::GpuConfiguration gpu;
   gpu::RenderRequest request;
-  std::string notice;       // of the machine that it takes; ""
+  std::string notice;       // notice about its machine; ""
   nlohmann::json function;  // gpu::functional_json()
 
   bool renders_as(const ViewPoint& other) const { return frame == other.frame && function == other.function; }
-  // Frames that are rendered before `frame` for their history.
+  // First of the frames that are rendered for the history of `frame`.
   int first_frame(int warmup) const;
 };
 
-// The start and what may be changed about it.
+// The start, and the possible changes to it.
 class ViewSpace {
  public:
-  // Throws UsageError where the start does not fit together.
+  // Throws UsageError where the values of the start do not fit together.
   explicit ViewSpace(ViewStart start);
 
   const ViewStart& start() const { return start_; }
   ViewPoint start_point() const { return point({}, first_); }
-  // `from` with {KEY: value, or null for that of the start}; "frame" is a key as well. Throws UsageError where keys or
-  // values are unknown or do not fit together.
+  // Applies {KEY: value, or null for the start's value} to `from`; "frame" is a key as well. Throws UsageError where
+  // keys or values are unknown or do not fit together.
   ViewPoint changed(const ViewPoint& from, const nlohmann::json& changes) const;
 
   // {KEY: value}
   static nlohmann::json changes_json(const ViewPoint& point);
-  // The `tessera replay` that gives the same.
+  // The `tessera replay` command that gives the same result.
   std::string command(const ViewPoint& point) const;
   std::string command_without_frames(const ViewPoint& point) const;
-  // Every key with what `tessera describe` says of it, "timing" (timed only, not rendered) and the value at the "start".
+  // Every key with its row from `tessera describe`, "timing" (read by timing alone) and its value at the "start".
   nlohmann::json keys() const;
 
  private:
@@ -75,7 +75,7 @@ class ViewSpace {
   int first_ = 0;
 };
 
-// As a shell takes it: quoted where it must be.
+// The text as a word of a shell, quoted where necessary.
 std::string shell_word(const std::string& text);
 
 }  // namespace tessera::replay

@@ -14,12 +14,12 @@
 
 namespace tessera::replay {
 
-// A view's page and what it asks for:
+// A view's page, and the requests that it makes:
 //
-//   GET  .../               the page: that of report.html and its panel (report/page/view.js)
+//   GET  .../               the page: report.html's page and its panel (report/page/view.js)
 //   GET  .../events         server-sent events: "result" with the newest result, "state" with ViewSession::state(),
 //                           "without" with ViewSession::left_out()
-//   GET  .../image/N.png    of the newest kImages renderings
+//   GET  .../image/N.png    an image of the newest kImages renderings
 //   POST .../set, .../try   {KEY: value or null}; `try` leaves no trace in the history. {"revision": N}, or 400 and
 //                           {"error": TEXT}
 //   POST .../without        {} or {"node": TEXT, "material": TEXT}: measures the frame without each drawable, or without
@@ -29,7 +29,7 @@ class ViewServer {
  public:
   using Told = std::function<void(const ViewResult&)>;
 
-  // Starts to listen and to render. `told`, unless empty, hears of every result that is kept, on the session's thread.
+  // Starts to listen and to render. `told`, unless empty, receives every kept result, on the session's thread.
   ViewServer(ViewStart start, std::uint64_t max_bytes, int port, Told told = {});
   ~ViewServer();
   ViewServer(const ViewServer&) = delete;
@@ -38,7 +38,7 @@ class ViewServer {
   std::string url() const { return server_.url(); }
   int port() const { return server_.port(); }
   ViewSession& session() { return session_; }
-  // To be called a few times a second: says how far the frame in hand is, and keeps connections alive.
+  // Call it a few times a second: sends the progress of the current frame, and keeps connections alive.
   void beat();
 
  private:
@@ -47,7 +47,7 @@ class ViewServer {
   HttpReply answer(const HttpRequest& request);
   HttpReply page() const;
   HttpReply measure(const HttpRequest& request);
-  // Sends an event when what it says has changed.
+  // Sends an event when `now` differs from `said`.
   void say(const char* event, nlohmann::json now, nlohmann::json& said);
   HttpReply change(const HttpRequest& request, bool keep);
   HttpReply image(const std::string& name) const;
@@ -58,7 +58,7 @@ class ViewServer {
   Told told_;
   nlohmann::json keys_;
   LoopbackServer server_;
-  mutable std::mutex mutex_;  // of what follows
+  mutable std::mutex mutex_;  // guards the following members
   std::deque<ViewImage> images_;
   nlohmann::json said_, said_without_ = nlohmann::json::object();
   unsigned beats_ = 0;

@@ -34,7 +34,7 @@ constexpr const char* kMeasuring = "measuring";
 
 double seconds_from(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
-// What a card shows; bytes as they came in time where events were simulated.
+// Figures of a card; where events were simulated, bytes are counted in simulated time.
 json summary_json(const json& total, const gpu::FrameResult& frame, const gpu::GpuConfiguration& gpu) {
   const json& timing = total.at("timing");
   const auto bytes = [&]() -> std::uint64_t {
@@ -217,7 +217,7 @@ void ViewSession::work() {
     try {
       serve(point);
     } catch (const gpu::Abandoned&) {
-      // For a newer request, or the end.
+      // Abandoned for a newer request, or for the end.
     } catch (const std::exception& error) {
       set_phase(point, "failed", escape_control(error.what(), 400));
       const std::lock_guard lock(mutex_);
@@ -239,7 +239,7 @@ void ViewSession::serve(const ViewPoint& point) {
 
 bool ViewSession::can_time(const ViewPoint& point) const {
   if (!rendering_ || rendering_->point.frame != point.frame) return false;
-  // The caches that frames before left are those of the machine that rendered them.
+  // The caches left by previous frames belong to the machine that rendered them.
   if (point.gpu.queues.caches != hardware::FrameCaches::kEmpty &&
       point.first_frame(space_.start().warmup) < point.frame)
     return false;
@@ -255,7 +255,7 @@ void ViewSession::time(const ViewPoint& point, bool stale) {
   const Clock::time_point start = Clock::now();
   set_phase(point, "timing");
   gpu::CachesOfFrames caches;
-  // What is moved for a tile does not hang on when.
+  // The traffic of a tile does not depend on its timing.
   const std::vector<gpu::TileTraffic>& traffic = rendering_->shares.traffic;
   std::optional<gpu::CostAttribution> shares;
   gpu::FrameTimeline timeline;

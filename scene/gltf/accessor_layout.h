@@ -13,12 +13,12 @@ inline constexpr int kByte = 5120, kUnsignedByte = 5121, kShort = 5122, kUnsigne
 
 std::uint64_t component_bytes(int component_type);
 
-// How an accessor's elements lie in memory, from its JSON and that of its buffer view.
+// Memory layout of an accessor's elements, from its JSON and the JSON of its buffer view.
 struct AccessorLayout {
   int component_type = kFloat;
   int components = 1;             // scalars per element: 1 to 4, 4, 9, 16
   int columns = 1;                // matrices: columns start at multiples of 4 bytes
-  bool normalized = false;        // never of types that cannot be
+  bool normalized = false;        // never set for types that cannot be normalized
   std::uint64_t count = 0;        // elements
   std::uint64_t byte_offset = 0;  // within the buffer view
   std::uint64_t stride = 0;       // bytes from element to element
@@ -26,7 +26,7 @@ struct AccessorLayout {
   bool has_view = false;
 
   std::uint64_t column_bytes() const;
-  std::uint64_t last_bytes() const;  // of the last element, behind whose last column no padding need be
+  std::uint64_t last_bytes() const;  // bytes of the last element; its last column needs no padding
 };
 
 // `document` must have passed check_schema.

@@ -50,7 +50,7 @@ void for_each_scalar(const AccessorLayout& layout, const std::uint8_t* bytes, st
                 static_cast<std::uint64_t>(row) * scalar);
 }
 
-// Visits the accessor's data, then what its sparse part replaces: put(element, component, address).
+// Visits the accessor's data, then the elements of its sparse part: put(element, component, address).
 template <class Put>
 void visit_scalars(Document& document, std::size_t index, const AccessorLayout& layout, const Put& put) {
   const json& accessor = document.json["accessors"][index];
@@ -146,7 +146,7 @@ bool convert_integers(const AccessorLayout& layout, const std::uint8_t* bytes, f
       layout, bytes, out, [](T v) { return static_cast<float>(v); }, any);
 }
 
-// Where an accessor's elements lie when they are nothing but a view's, without sparse parts and matrices; else null.
+// Address of an accessor's elements if they are just a view's, without sparse parts and matrices; else null.
 const std::uint8_t* plain_elements(Document& document, std::size_t index) {
   const AccessorLayout& layout = document.layouts[index];
   const json& accessor = document.json["accessors"][index];

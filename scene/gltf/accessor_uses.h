@@ -12,13 +12,14 @@ namespace tessera::scene::gltf {
 
 enum class AccessorRole { kIndices, kVertices, kTarget, kKeyTimes, kKeyValues, kInverseBind, kInstances };
 
-// One use of an accessor: by whom, and of vertices and instances as which attribute. `path` is what key values move.
+// One use of an accessor: its role and, for vertices and instances, the attribute. `path` is the property that key
+// values move.
 struct AccessorUsed {
   std::size_t accessor = 0;
   AccessorRole role = AccessorRole::kVertices;
   std::string_view name{}, path{};
   bool in_stream = false;    // a stream holds its values
-  std::size_t vertices = 0;  // of indices: how many there are to name
+  std::size_t vertices = 0;  // for indices: number of vertices that they may name
 };
 
 // Calls visit(use, place) for every place of a document that names an accessor, in the document's order. `document`

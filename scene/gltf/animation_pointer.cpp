@@ -45,7 +45,8 @@ constexpr PointedProperty kShifts[] = {
     {"/extensions/KHR_texture_transform/scale", AnimatedPath::kTextureScale, 2},
 };
 
-// What is left of `pointer` behind `pattern`, or nothing where it does not begin with it; `digits`: what stood for "#".
+// The rest of `pointer` after `pattern`, or nothing where it does not begin with it; `digits` gets the text that
+// matched "#".
 std::optional<std::string_view> rest_behind(std::string_view pointer, std::string_view pattern,
                                             std::string_view& digits) {
   const std::size_t hash = pattern.find('#');

@@ -11,22 +11,22 @@
 
 namespace tessera::scene::gltf {
 
-// What a pointer of KHR_animation_pointer names, of what Tessera reads.
+// Target of a KHR_animation_pointer among the properties that Tessera reads.
 struct PointerTarget {
   AnimatedPath path;
   int object;      // the node, material, camera or light
-  int part;        // of a material: AnimationChannel::part
-  int components;  // of a value; of weights 1
-  int values;      // of a key; of weights 0: as many as the mesh has
+  int part;        // for a material: AnimationChannel::part
+  int components;  // of one value; 1 for weights
+  int values;      // per key; 0 for weights: as many as the mesh has
   bool defined;    // the document has the object that holds the property, and the property if it has no default
 };
 
-// Nothing for a pointer at anything that is not read. Refuses one at an object that is not there. `document` must have
-// passed check_schema(); `programs` keeps what parameters of procedures ask for.
+// Returns nothing for a pointer at an unread property. Refuses a pointer at a missing object. `document` must have
+// passed check_schema(); `programs` caches the compiled programs of procedures.
 std::optional<PointerTarget> resolve_pointer(const nlohmann::json& document, const std::string& pointer,
                                              ProgramCache& programs, const Place& place);
 
-// The pointer of a channel's target, or null: its path is one of a node's.
+// The pointer of a channel's target, or null where its path is a property of a node.
 const std::string* animation_pointer(const nlohmann::json& channel);
 
 }  // namespace tessera::scene::gltf

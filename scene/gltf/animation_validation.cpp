@@ -15,7 +15,7 @@ namespace {
 
 using nlohmann::json;
 
-// What a channel moves, told apart from all else: path, object, part of it.
+// Identity of a moved property: path, object, part of it.
 using Moved = std::tuple<AnimatedPath, std::size_t, int>;
 
 const std::map<std::string, AnimatedPath>& node_paths() {
@@ -84,7 +84,7 @@ std::optional<Moved> check_pointer_channel(const json& d, const json& channel, c
   const auto& pointer = (*named)["pointer"].get_ref<const std::string&>();
   const std::optional<PointerTarget> target = resolve_pointer(d, pointer, programs, at);
   if (!target) {
-    notes.add(at, "channels of what is not read are skipped", "is " + escape_control(pointer, 120));
+    notes.add(at, "channels of unread properties are skipped", "is " + escape_control(pointer, 120));
     return std::nullopt;
   }
   if (!target->defined) {

@@ -19,10 +19,10 @@ namespace tessera::scene::gltf {
 // reading strictly.
 //
 // Invariants (cited by the tests):
-//   AU1  Whatever the validator calls an error is refused strictly, unless validator_codes() says that it is not checked.
-//   AU2  An audit changes nothing of what is read.
+//   AU1  Strict reading refuses every error of the validator, unless validator_codes() says that it is not checked.
+//   AU2  An audit changes no part of the capture.
 
-// Notes a violation by the validator's name for it.
+// Notes a violation under the validator's name for it.
 template <class... Args>
 void forbid(Notes& notes, const Place& place, std::string_view code, fmt::format_string<Args...> fault,
             Args&&... args) {
@@ -30,20 +30,20 @@ void forbid(Notes& notes, const Place& place, std::string_view code, fmt::format
                   fmt::format(fault, std::forward<Args>(args)...));
 }
 
-// Structure: what follows from the JSON alone. `document` passed check_schema() and validate_links().
+// Audits the structure: breaches that show in the JSON alone. `document` passed check_schema() and validate_links().
 void audit_document(const nlohmann::json& document, const Place& root, Notes& notes);
 
-// Contents: values of accessors that have data, against their bounds and what uses them; files that are named. Values of
-// Draco streams are not looked at.
+// Audits the contents: values of accessors that have data, against their bounds and their users; files that the
+// document names. Values of Draco streams are not checked.
 void audit_contents(Document& document, const std::filesystem::path& file);
 
-// How a code of severity "error" of the validator is answered.
+// The reader's answer to a code of severity "error" of the validator.
 enum class Answer { kRefused, kStrict, kNotChecked };
 struct ValidatorCode {
   std::string_view code;
   Answer answer;
 };
-// All of them, sorted by name (glTF-Validator 2.0.0-dev.3.10, ISSUES.md).
+// All such codes, sorted by name (glTF-Validator 2.0.0-dev.3.10, ISSUES.md).
 const std::vector<ValidatorCode>& validator_codes();
 
 }  // namespace tessera::scene::gltf

@@ -48,7 +48,7 @@ double scalar_at(const std::uint8_t* at, int component_type) {
   }
 }
 
-// The elements of an accessor as they are stored, one after the other, sparse ones in their places. Keeps nothing.
+// The elements of an accessor as stored, in sequence, sparse ones in their places. Keeps nothing in memory.
 class Elements {
  public:
   Elements(Document& document, std::size_t index) : layout_(document.layouts[index]) {
@@ -70,7 +70,7 @@ class Elements {
   std::uint64_t count() const { return layout_.count; }
   std::size_t components() const { return static_cast<std::size_t>(layout_.components); }
 
-  // The components of element `e`, which is the one after that of the call before; normalised integers as fractions.
+  // The components of element `e`, which follows the element of the previous call; normalised integers as fractions.
   const std::array<double, 16>& next(std::uint64_t e, bool fractions) {
     const std::uint8_t* at = data_ == nullptr ? nullptr : data_ + e * layout_.stride;
     while (sparse_at_ < sparse_count_ && sparse_index() < e) ++sparse_at_;
@@ -137,7 +137,7 @@ void audit_bounds(Document& d, std::size_t index, const Place& place) {
 
 // ---- Accessors by their use -------------------------------------------------------------------------------------
 
-// How far a length may be from 1: what bytes can hold of a vector of three and of four numbers.
+// Tolerance for a unit length: the rounding of three and of four bytes.
 constexpr double kUnit3 = 0.00674, kUnit4 = 0.00769;
 
 double length_of(const std::array<double, 16>& v, std::size_t n) {
@@ -230,7 +230,7 @@ void audit_influences(Document& d, const json& primitive, std::size_t joint_coun
   }
 }
 
-// Joints of a mesh: those of the smallest skin that it is drawn with.
+// Number of joints of a mesh: that many has the smallest skin with which it is drawn.
 std::map<std::size_t, std::size_t> joints_of_meshes(const json& d) {
   std::map<std::size_t, std::size_t> joints;
   for (const json& node : list_of(d, "nodes")) {

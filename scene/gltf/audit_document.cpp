@@ -366,7 +366,7 @@ void audit_animations(const json& d, const Place& root, Notes& notes) {
   }
 }
 
-// A material that is anisotropic needs the tangents of a normal texture's coordinates, or those of the mesh.
+// An anisotropic material needs tangents: the mesh's own, or ones made from a normal texture's coordinates.
 void audit_tangent_spaces(const json& d, const Place& root, Notes& notes) {
   const json &meshes = list_of(d, "meshes"), &materials = list_of(d, "materials");
   for (std::size_t m = 0; m < meshes.size(); ++m)
@@ -379,7 +379,7 @@ void audit_tangent_spaces(const json& d, const Place& root, Notes& notes) {
         continue;
       if (!primitive["attributes"].contains("TANGENT"))
         forbid(notes, root.at("meshes").at(m).at("primitives").at(p).at("material"), "MESH_PRIMITIVE_NO_TANGENT_SPACE",
-               "is anisotropic, and nothing says along what");
+               "is anisotropic, and nothing gives the direction");
     }
 }
 

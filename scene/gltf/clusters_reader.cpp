@@ -26,7 +26,7 @@ DecodedMesh read_clusters(Document& document, const json& primitive, const Place
   const Bytes bytes = document.resources.buffer_view(extension["bufferView"].get<std::size_t>());
   if (counts.clusters > bytes.size() / kClusterHeaderBytes)
     at.at("clusters").refuse("is {}, too many for {} bytes", counts.clusters, bytes.size());
-  // Decoded, and as the scalars and indices that are handed on.
+  // Charges the decoded data, and the scalars and indices that are made from it.
   document.budget.charge(counts.vertices, 2 * sizeof(Vec3), at);
   document.budget.charge(counts.clusters, sizeof(Cluster), at);
   document.budget.charge(counts.triangles, 3 * sizeof(std::uint32_t) + 1, at);

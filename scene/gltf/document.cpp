@@ -9,9 +9,10 @@ namespace {
 
 using nlohmann::json;
 
-// What tinygltf gets to see: no buffers and images (it would fetch them), no nodes and meshes (there may be millions,
-// and it parses text a second time), no bounds of accessors, strides and targets of views (it refuses some), no extras (it walks them
-// recursively), and whole numbers written as 4.0 as integers (it does not take them for such).
+// The part of a document that tinygltf parses: no buffers and images (it would fetch them), no nodes and meshes (there
+// may be millions, and it parses a text a second time), no bounds of accessors, strides and targets of views (it
+// refuses some), no extras (it walks them recursively), and whole numbers written as 4.0 converted to integers (it does
+// not recognize them).
 json structure_only(const json& whole) {
   json document = json::object();
   for (const auto& [name, value] : whole.items())

@@ -31,7 +31,7 @@ struct Document {
   const CaptureLimits& limits;
   MemoryBudget& budget;
   std::vector<AccessorLayout> layouts;  // of the accessors
-  std::shared_ptr<ReadAhead> ahead;     // what read_ahead() decoded; null without
+  std::shared_ptr<ReadAhead> ahead;     // results of read_ahead(); null without it
 
   Document(nlohmann::json checked, const std::filesystem::path& file, std::vector<std::uint8_t> binary, bool has_binary,
            const CaptureLimits& limits_in, MemoryBudget& budget_in, Notes notes_in = Notes());
@@ -40,8 +40,8 @@ struct Document {
 // ---- Accessors --------------------------------------------------------------------------------------------------
 
 // All scalars of an accessor as floats: sparse values applied, normalised integers mapped to [0, 1] or [-1, 1], other
-// integers converted. Refuses NaN and infinity, naming the element; where `is_used` says that nothing uses an element,
-// it becomes zero, with a note.
+// integers converted. Refuses NaN and infinity and names the element; where `is_used` returns false, the element
+// becomes zero, with a note.
 std::vector<float> read_floats(Document& document, std::size_t accessor,
                                const std::function<bool(std::uint64_t)>& is_used = {});
 
@@ -59,8 +59,8 @@ float dequantize(std::int64_t value, int component_type);
 
 // ---- Streams of primitives --------------------------------------------------------------------------------------
 
-// A decoded KHR_draco_mesh_compression or TESSERA_clusters primitive: triangle list and attributes by glTF name, each with as
-// many scalars per vertex as its accessor says.
+// A decoded primitive of KHR_draco_mesh_compression or TESSERA_clusters: triangle list and attributes by glTF name,
+// each with as many scalars per vertex as its accessor says.
 struct DecodedMesh {
   std::vector<std::uint32_t> indices;
   std::size_t vertex_count = 0;
@@ -70,29 +70,30 @@ struct DecodedMesh {
   const std::vector<float>* find(const std::string& name) const;
 };
 
-// What a primitive's accessors say about its Draco stream.
+// Numbers and names that a primitive's accessors state about its Draco stream.
 struct DracoRequest {
   struct Attribute {
     std::string name;  // in glTF
     std::uint32_t id;  // in the stream
     AccessorLayout layout;
   };
-  std::uint64_t faces = 0, points = 0;  // no more
+  std::uint64_t faces = 0, points = 0;  // the stream may not have more
   std::vector<Attribute> attributes;
 };
 
-// Decodes a stream. Throws InputError at `place`, that of the extension, where it is broken or not what is asked for.
+// Decodes a stream. Throws InputError at `place`, the extension's place, where the stream is broken or does not match
+// the request.
 DecodedMesh decode_draco(Bytes stream, const DracoRequest& request, MemoryBudget& budget, const Place& place);
 
-// What a primitive's extension asks of its stream.
+// The request that a primitive's extension makes of its stream.
 DracoRequest draco_request(const Document& document, const nlohmann::json& primitive);
 
 // `primitive` is the primitive's JSON; `place` its place.
 DecodedMesh read_draco(Document& document, const nlohmann::json& primitive, const Place& place);
 
-// The TESSERA_clusters extension of a primitive, where it has encoded positions and triangles; else null.
+// Returns the TESSERA_clusters extension of a primitive with encoded positions and triangles, else null.
 const nlohmann::json* find_encoded_clusters(const nlohmann::json& primitive);
-// The same of such a primitive. Throws InputError where the stream is broken or not what the accessors say.
+// Decodes such a primitive. Throws InputError where the stream is broken or contradicts the accessors.
 DecodedMesh read_clusters(Document& document, const nlohmann::json& primitive, const Place& place);
 
 }  // namespace tessera::scene::gltf

@@ -18,7 +18,7 @@ namespace {
 
 using nlohmann::json;
 
-// What the head of a Draco mesh stream promises (bit-stream 2.2), read before the decoder allocates by it.
+// Sizes in the head of a Draco mesh stream (bit-stream 2.2), read before the decoder allocates by them.
 struct StreamHead {
   bool edgebreaker = false;
   std::uint64_t faces = 0, points = 0;
@@ -111,7 +111,8 @@ class ChargingDecoder final : public Decoder {
  protected:
   bool DecodeAllAttributes() override {
     const draco::PointCloud& cloud = *this->point_cloud();
-    // Of each attribute: its values, the integers they are decoded from, the prediction's copies and the point map.
+    // Charges, for each attribute, its values, the integers they are decoded from, the prediction's copies and the
+    // point map.
     for (int a = 0; a < cloud.num_attributes(); ++a)
       budget_.charge(cloud.num_points(),
                      2 * static_cast<std::uint64_t>(cloud.attribute(a)->byte_stride()) +
@@ -209,8 +210,8 @@ std::unique_ptr<draco::Mesh> decode(Bytes stream, std::uint64_t declared_faces, 
   // More points than declared come from attributes that were split at seams: at most one for each corner.
   if (head.points > std::max(3 * head.faces, declared_points))
     place.refuse("Draco stream says {} points for {} triangles", head.points, head.faces);
-  // Faces and indices; for edgebreaker the tables of corners and vertices and those of each seam. Then tables by the
-  // length of the stream.
+  // Charges faces and indices; for edgebreaker the tables of corners and vertices and the tables of each seam; then
+  // tables by the length of the stream.
   budget.charge(head.faces + head.points, head.edgebreaker ? 120 + 40 * head.seams : 32, place);
   budget.charge(stream.size(), 64, place);
   auto mesh = std::make_unique<draco::Mesh>();

@@ -11,7 +11,7 @@
 
 namespace tessera::scene::gltf {
 
-// A texture with its mip levels, or heights with theirs, and what they are in the file.
+// A texture, or heights, with mip levels, and the format in the file.
 struct ColorImage {
   std::shared_ptr<const shaders::Texture> texture;
   TextureSource source;
@@ -25,18 +25,18 @@ struct UnpackedBasis {
   TextureSource source;
 };
 
-// What decoding an image may cost, and its place in the document.
+// Limits on decoding an image, and its place in the document.
 struct ImageAccount {
   const ImageLimits& limits;
   MemoryBudget& budget;
   Place place;
 };
 
-// Decode the bytes of an image file, charging what they unpack to and its levels. Throw InputError at the place for
-// what is no such image, LimitError with the place for what is too large. May be called on any thread.
+// Decode the bytes of an image file and charge the unpacked image and its levels. Throw InputError at the place for
+// bytes that are no such image, LimitError with the place for an image that is too large. May be called on any thread.
 ColorImage read_color_image(Bytes bytes, shaders::ColorSpace space, const ImageAccount& account);
 HeightImage read_height_image(Bytes bytes, const ImageAccount& account);
-// KTX2. Charged for its texels and for its blocks, of which a replay may want both.
+// Decodes KTX2. Charges for its texels and for its blocks, of which a replay may want both.
 UnpackedBasis unpack_basis_image(Bytes bytes, const ImageAccount& account);
 
 }  // namespace tessera::scene::gltf

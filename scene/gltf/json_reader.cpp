@@ -21,11 +21,11 @@ namespace {
 using nlohmann::json;
 
 constexpr std::size_t kMaxDepth = 64;
-// The limit for extras, which belong to the application; they are not kept where they are deeper than all else may be.
+// The limit for extras, which belong to the application; extras deeper than kMaxDepth are dropped.
 constexpr std::size_t kMaxExtrasDepth = 100000;
 
-// Counts what a text holds, in the interface that nlohmann::json::sax_parse asks for. Keeps one hash per key of the
-// objects that are open, nothing else that grows with the text.
+// Counts the values of a text, in the interface of nlohmann::json::sax_parse. Keeps one hash per key of the open
+// objects, and nothing else that grows with the text.
 class Census {
  public:
   Census(const std::string& file, std::size_t first_byte) : file_(file), first_byte_(first_byte) {}
@@ -105,7 +105,7 @@ class Census {
     if (extras_ == levels_.size()) extras_.reset();
     return true;
   }
-  // Of the value inside the first `depth` open levels.
+  // JSON pointer of the value inside the first `depth` open levels.
   std::string pointer(std::size_t depth) const {
     Place place(file_);
     for (std::size_t k = 0; k < depth; ++k)
@@ -119,8 +119,8 @@ class Census {
   std::optional<std::size_t> extras_;  // the level whose container is the value of "extras"
 };
 
-// Objects of a document and what one takes: tinygltf's and the capture's, times 3 for vectors that grow by doubling
-// (old and new block exist at once).
+// Kinds of objects of a document and the bytes of one object: tinygltf's and the capture's, times 3 for vectors that
+// grow by doubling (old and new block exist at once).
 struct ObjectKind {
   const char* array;
   std::uint64_t bytes;
@@ -147,7 +147,7 @@ std::uint64_t count_values(const json& value) {
   return count;
 }
 
-// tinygltf copies what stands in "extensions" into values of its own.
+// tinygltf copies the values in "extensions" into values of its own.
 std::uint64_t count_extension_values(const json& value) {
   std::uint64_t count = 0;
   if (value.is_object()) {
@@ -196,7 +196,7 @@ void charge_objects(const json& document, MemoryBudget& budget) {
   };
   inner_arrays("meshes", "primitives", sizeof(Primitive));
   inner_arrays("animations", "channels",
-               sizeof(tinygltf::AnimationChannel) + sizeof(AnimationChannel) + 64);  // and sets of what is moved
+               sizeof(tinygltf::AnimationChannel) + sizeof(AnimationChannel) + 64);  // and sets of moved properties
   inner_arrays("animations", "samplers", sizeof(tinygltf::AnimationSampler));
   inner_arrays("nodes", "children", 2 * sizeof(int));
   inner_arrays("skins", "joints", 2 * sizeof(int) + sizeof(DMat4) + 16);
@@ -247,7 +247,7 @@ std::uint32_t little_endian32(const std::vector<std::uint8_t>& bytes, std::size_
          (std::uint32_t{bytes[at + 3]} << 24);
 }
 
-// Where the chunk after one of `size` bytes that ends at `end` begins: there, as all readers take it, or at the next
+// Offset of the chunk after one of `size` bytes that ends at `end`: `end` itself, as all readers take it, or the next
 // multiple of 4 where only that holds a chunk's header, or padding up to the file's end.
 std::size_t next_chunk(const std::vector<std::uint8_t>& bytes, std::size_t end, std::size_t size, std::size_t length) {
   const std::size_t padded = end + (4 - size % 4) % 4;

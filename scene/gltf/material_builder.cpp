@@ -22,14 +22,14 @@ bool has_specular_glossiness(const json& material) {
   return find_extension(material, "KHR_materials_pbrSpecularGlossiness") != nullptr;
 }
 
-// Decodes every image once per use (colour, data, heights); KTX2 images once for colour and data, as their transfer
-// function is theirs.
+// Decodes every image once per use (colour, data, heights); KTX2 images once for colour and data, because the file sets
+// their transfer function.
 class TextureLibrary {
  public:
   TextureLibrary(Document& document, std::vector<BasisImage>& basis_images)
       : document_(document), basis_images_(basis_images) {}
 
-  // `sampled`: whether anything reads the texture; one that nothing reads may be missing or broken.
+  // `sampled`: whether some material reads the texture; an unread texture may be missing or broken.
   ColorImage color(std::size_t texture, shaders::ColorSpace space, bool sampled) {
     return of_first_readable(texture, sampled, [&](const TextureImage& from) {
       const Bytes bytes = document_.resources.image(from.image);
@@ -93,12 +93,12 @@ class TextureLibrary {
     return images;
   }
 
-  // Whether an image is KTX2: its bytes say so, whatever the texture does.
+  // Whether an image is KTX2: its bytes decide, even against the texture's extension.
   bool is_basis(const TextureImage& from, Bytes bytes) {
     const bool basis = ktx2::is_ktx2(bytes);
     if (basis == from.basis || (from.basis && image_format(bytes) == ImageFormat::kUnknown)) return from.basis;
     if (noted_.insert(from.image).second)
-      document_.notes.violation(place(from.image), "images are read as what they are", "{}",
+      document_.notes.violation(place(from.image), "images are read by their own format", "{}",
                                 basis ? "is KTX2, which only KHR_texture_basisu may name"
                                       : "is no KTX2 image, which KHR_texture_basisu names");
     return basis;
@@ -129,7 +129,7 @@ class TextureLibrary {
     }
   }
 
-  // Takes what was decoded ahead off its shelf, or decodes now.
+  // Takes a value that was decoded ahead off its shelf, or decodes it now.
   template <class Key, class Value, class Decode>
   Value taken_or(Shelf<Key, Value> ReadAhead::*shelf, const Key& key, const Decode& decode) {
     if (document_.ahead != nullptr)
@@ -231,7 +231,7 @@ Displacement displacement(TextureLibrary& library, const json& extension, bool s
   return out;
 }
 
-// A number of an extension that the material has; tinygltf reads those of the core.
+// Reads a number of an extension that the material has; tinygltf reads the core's numbers.
 void read_number(const MaterialNumber& number, const json& material, Material& out) {
   const std::string_view pointer = number.pointer, object = pointer.substr(0, pointer.rfind('/'));
   if (!object.starts_with("/extensions/") || find_at(material, object) == nullptr) return;
@@ -242,9 +242,9 @@ void read_number(const MaterialNumber& number, const json& material, Material& o
                              : (number.components == 1 ? *value : (*value)[static_cast<std::size_t>(c)]).get<float>();
 }
 
-// Which sets of coordinates the drawn surfaces of a material have.
+// The texture-coordinate sets that the drawn surfaces of a material have.
 struct DrawnCoordinates {
-  bool any = false;  // a procedure has what it is asked for
+  bool any = false;  // a procedure has any set
   std::set<int> sets;
 
   bool has(const json& info) const {
@@ -254,7 +254,7 @@ struct DrawnCoordinates {
   }
 };
 
-// Which nodes are hidden for good: by KHR_node_visibility of their own or of one above them, which nothing animates.
+// Nodes that stay hidden: KHR_node_visibility of the node or of an ancestor hides them, and no animation changes it.
 std::vector<bool> hidden_nodes(const json& document) {
   const json& nodes = list_of(document, "nodes");
   std::set<std::string> animated;  // pointers
@@ -279,7 +279,7 @@ std::vector<bool> hidden_nodes(const json& document) {
   return hidden;
 }
 
-// By material; of the nodes of the scene that is drawn.
+// By material, for the nodes of the drawn scene.
 std::map<std::size_t, DrawnCoordinates> drawn_coordinates(const json& document) {
   std::map<std::size_t, DrawnCoordinates> drawn;
   const json &nodes = list_of(document, "nodes"), &meshes = list_of(document, "meshes");

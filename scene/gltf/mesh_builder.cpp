@@ -44,7 +44,7 @@ std::vector<Vec4> as_vec4(const std::vector<float>& scalars, int components) {
 // Attribute values of one primitive, from its stream (Draco's, or of clusters) where that has them, from accessors otherwise.
 class AttributeSource {
  public:
-  // `indices`: those of all vertices that are drawn; null: all are.
+  // `indices` are the indices of all drawn vertices; null: all vertices are drawn.
   AttributeSource(Document& document, const json& primitive, const DecodedMesh* stream,
                   const std::vector<std::uint32_t>* indices, const Place& place)
       : document_(document), primitive_(primitive), stream_(stream), indices_(indices), place_(place) {}
@@ -61,7 +61,7 @@ class AttributeSource {
     return outside_stream(name, read(accessor(name)));
   }
 
-  // An accessor with an element per vertex; what nobody draws need not be finite.
+  // An accessor with an element per vertex; vertices that are never drawn need not be finite.
   std::vector<float> read(std::size_t accessor) { return read_floats(document_, accessor, drawn_only()); }
   std::vector<Vec3> read_vectors(std::size_t accessor) {
     std::vector<Vec3> values = read_vec3(document_, accessor, drawn_only());
@@ -69,7 +69,7 @@ class AttributeSource {
     return values;
   }
 
-  // For vectors that are made from the scalars.
+  // Charges vectors that are made from the scalars.
   void charge(std::size_t count, std::uint64_t bytes) { document_.budget.charge(count, bytes, place_); }
 
   std::vector<Vec2> vec2(const std::string& name) {
@@ -139,8 +139,8 @@ class AttributeSource {
   const Place& place_;
 };
 
-// Puts a joint's weight where it belongs: beside what the joint has already, in a free place, or in that of the
-// lightest. Returns the weight that finds no place.
+// Adds a joint's weight to the joint's entry if there is one, else to a free place, else in the place of the lightest.
+// Returns the weight that finds no place.
 float add_influence(SkinInfluence& influence, std::uint16_t joint, float weight) {
   std::size_t lightest = 0;
   for (std::size_t k = 0; k < influence.weights.size(); ++k) {
@@ -279,7 +279,7 @@ std::vector<std::uint32_t> segment_list(const std::vector<std::uint32_t>& in, in
   return out;
 }
 
-// The lists of all runs between indices that say `restart`, one behind the other.
+// Concatenates the lists of all runs between indices equal to `restart`.
 template <class MakeList>
 std::vector<std::uint32_t> lists_of_runs(const std::vector<std::uint32_t>& in, std::uint32_t restart,
                                          const MakeList& make_list) {
@@ -321,7 +321,7 @@ std::vector<std::uint32_t> build_indices(Document& document, const json& primiti
     if (restart) std::erase(indices, *restart);
     return indices;
   }
-  // Of a vector that grows: the old block and the new one.
+  // Charges a growing vector: the old block and the new one.
   document.budget.charge(indices.size(), mode == kTriangles ? 4 : mode < kTriangles ? 24 : 12, place);
   const auto make_list = [mode](std::vector<std::uint32_t> run) {
     return mode < kTriangles ? segment_list(run, mode) : triangle_list(std::move(run), mode);
@@ -375,7 +375,7 @@ void expand_wires(Document& document, const std::vector<std::uint32_t>& ends, in
     primitive.indices.insert(primitive.indices.end(), {first, first + 1, first + 2, first, first + 2, first + 3});
 }
 
-// Whether a primitive says that its triangles lie in the order of such clusters as are made here.
+// Whether a primitive claims that its triangles lie in the cluster order of build_clusters().
 bool claims_cluster_order(const json& primitive) {
   const json* clusters = find_extension(primitive, "TESSERA_clusters");
   return clusters != nullptr && (*clusters)["maxVertices"] == kMaxClusterVertices &&

@@ -20,7 +20,7 @@ bool uses_extension(const json& d, const char* name) {
   return false;
 }
 
-// Formats of glTF 2.0 section 3.7.2.1, or with those that KHR_mesh_quantization adds.
+// Formats of glTF 2.0 section 3.7.2.1, with the additions of KHR_mesh_quantization if `quantized`.
 std::optional<Format> attribute_format(std::string_view name, bool quantized) {
   const auto numbered = [&](std::string_view prefix) {
     return name.starts_with(prefix) && name.size() > prefix.size() &&
@@ -123,14 +123,14 @@ void check_clusters(const json& d, const json& primitive, const json& clusters, 
   if (!primitive.contains("indices") || !primitive["attributes"].contains("POSITION"))
     place.refuse("encodes clusters without POSITION and indices");
   for (const char* other : {"KHR_draco_mesh_compression", "TESSERA_bezier_patches", "TESSERA_subdivision"})
-    if (find_extension(primitive, other) != nullptr) inner.refuse("encodes what {} has as well", other);
+    if (find_extension(primitive, other) != nullptr) inner.refuse("encodes data that {} has as well", other);
   const AccessorLayout positions = accessor_layout(d, primitive["attributes"]["POSITION"].get<std::size_t>()),
                        indices = accessor_layout(d, primitive["indices"].get<std::size_t>());
   if (positions.component_type != kFloat) inner.refuse("encodes positions that are no floats");
   const json& required = list_of(d, "extensionsRequired");
   if (std::find(required.begin(), required.end(), "TESSERA_clusters") == required.end())
     notes.violation(inner, "positions are decoded",
-                    "encodes what other readers then take for zeros: extensionsRequired lacks it");
+                    "encodes data that other readers take for zeros: extensionsRequired lacks it");
   if (indices.count % 3 != 0) place.at("indices").refuse("are {}, three for each triangle of clusters", indices.count);
 }
 
@@ -149,7 +149,7 @@ void check_indices(const json& d, const json& primitive, const Place& place, Not
   const json* view = find(d["accessors"][accessor], "bufferView");
   if (view == nullptr || !d["bufferViews"][view->get<std::size_t>()].contains("byteStride")) return;
   if (layout.stride != layout.element_bytes) place.refuse("has a view with a byteStride");
-  notes.violation(place, "which is that of its elements", "has a view with a byteStride");
+  notes.violation(place, "which equals the size of its elements", "has a view with a byteStride");
 }
 
 void check_target(const json& d, const json& attributes, const json& target, const Place& place, Notes& notes) {
@@ -206,7 +206,7 @@ void check_material_texcoords(const json& d, const json& primitive, const Place&
     int set = info->value("texCoord", 0);
     if (transform != nullptr) set = transform->value("texCoord", set);
     if (!primitive["attributes"].contains("TEXCOORD_" + std::to_string(set)))
-      notes.violation(place, "it is drawn without those textures", "lacks TEXCOORD_{}, which its material {} reads",
+      notes.violation(place, "it is drawn without these textures", "lacks TEXCOORD_{}, which its material {} reads",
                       set, index->get<std::size_t>());
   };
   for (const MaterialTextureRow& row : material_textures())

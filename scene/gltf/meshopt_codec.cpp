@@ -298,7 +298,7 @@ bool filter_color(std::array<T, 4>& v) {
   return true;
 }
 
-// mantissa * 2^exponent, exactly; what no float can hold becomes infinite, and no reader of accessors takes that.
+// mantissa * 2^exponent, exactly; a result beyond float becomes infinite, which readers of accessors refuse.
 void filter_exponential(std::span<std::uint8_t> bytes) {
   const std::uint64_t count = bytes.size() / 4;
   parallel_for((count + kFilterChunk - 1) / kFilterChunk, [&](std::size_t chunk) {

@@ -9,9 +9,9 @@ namespace tessera::scene::gltf {
 enum class MeshoptMode { kAttributes, kTriangles, kIndices };
 enum class MeshoptFilter { kNone, kOctahedral, kQuaternion, kExponential, kColor };
 
-// What a compressed buffer view unpacks to: `count` elements of `stride` bytes. Attributes: a multiple of 4, at most
-// 256; indices: 2 or 4, of triangles a multiple of 3 of them. A filter goes with attributes and some strides only:
-// octahedral and colour 4 or 8, quaternion 8.
+// Layout of an unpacked buffer view: `count` elements of `stride` bytes. The stride of attributes is a multiple of 4,
+// at most 256; the stride of indices is 2 or 4, and triangles have a multiple of 3 indices. A filter goes with
+// attributes and some strides only: octahedral and colour 4 or 8, quaternion 8.
 struct MeshoptLayout {
   std::uint64_t count = 0, stride = 0;
   MeshoptMode mode = MeshoptMode::kAttributes;
@@ -27,14 +27,14 @@ struct MeshoptLayout {
 // must not depend on the host.
 //
 // Invariants (cited by the tests):
-//   MO1  A stream is used up to its last byte: one that is shorter or longer than its elements need is refused.
-//   MO2  A vertex that a stream of triangles takes up again before it named one is the index of all ones, which no
+//   MO1  A stream is used up to its last byte: a stream that is shorter or longer than its elements need is refused.
+//   MO2  A vertex that a stream of triangles reuses before it has named one decodes to the index of all ones, which no
 //        primitive may have.
-//   MO3  A filter refuses elements that do not say their scale: a 1 of K bits, or an alpha with its high bit.
-//   MO4  A filter's results are those of its formula in single precision, rounded half away from zero, clamped to the
-//        component's range.
+//   MO3  A filter refuses elements without a scale, which is a 1 of K bits, or an alpha with its high bit.
+//   MO4  A filter's results are computed by its formula in single precision, rounded half away from zero, clamped to
+//        the component's range.
 
-// No stream of this layout is shorter: what a short one promises beyond is refused before it is allocated.
+// The least bytes of a stream of this layout: a shorter stream is refused before its elements are allocated.
 std::uint64_t min_meshopt_bytes(const MeshoptLayout& layout);
 
 // Unpacks into `out`, layout.bytes() bytes. Returns the fault in words in `fault` and false for bytes that are no such

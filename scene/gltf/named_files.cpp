@@ -17,7 +17,8 @@
 namespace tessera::scene::gltf {
 namespace {
 
-// The texts under the names by which documents call files, in the interface that nlohmann::json::sax_parse asks for.
+// Collects the texts under the member names that documents use for files, in the interface of
+// nlohmann::json::sax_parse.
 class UriCollector : public nlohmann::json_sax<nlohmann::json> {
  public:
   std::vector<std::string> uris;

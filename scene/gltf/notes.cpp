@@ -61,7 +61,7 @@ void count_carriers(const json& value, const std::string& list, MemoryBudget& bu
   }
 }
 
-// "2 materials", "1 mesh"; what hangs on the document itself has no number.
+// "2 materials", "1 mesh"; an extension of the document itself has no number.
 std::string carriers_text(const std::map<std::string, std::size_t>& lists) {
   std::vector<std::string> parts;
   for (const auto& [list, count] : lists) {

@@ -12,16 +12,16 @@
 
 namespace tessera::scene::gltf {
 
-// What the reader tells people about a file that it reads all the same.
+// Notes of the reader about a file that it accepts.
 //
 // Invariants (cited by the tests):
 //   NT1  A violation of the specification is a note, or an InputError at its place when reading strictly.
-//   NT2  Violations that are answered alike make one note: the first of them, and how many there are.
+//   NT2  Violations with the same answer make one note: the first of them, and how many there are.
 class Notes {
  public:
   explicit Notes(bool strict = false) : strict_(strict) {}
 
-  // What glTF forbids although it has one meaning. `answer`: what the reader does about it.
+  // Notes a violation of glTF that has only one meaning. `answer` is the reader's way to handle it.
   template <class... Args>
   void violation(const Place& place, std::string_view answer, fmt::format_string<Args...> fault, Args&&... args) {
     const std::string text = fmt::format(fault, std::forward<Args>(args)...);
@@ -29,7 +29,7 @@ class Notes {
     add(place, answer, text);
   }
 
-  // What is allowed, and yet people should know; `answer` as for violations.
+  // Notes something allowed that people should know; `answer` as for violations.
   void add(const Place& place, std::string_view answer, const std::string& text);
 
   bool strict() const { return strict_; }
@@ -46,9 +46,9 @@ class Notes {
   std::vector<Line> lines_;
 };
 
-// Names of all extensions that a document uses, by saying so or by an object of theirs, and that supported_extensions()
-// does not have; sorted. What stands in extras is the application's own and does not count.
-//   EC1  One note of the file names every one of them and what carries it.
+// Names of all extensions that a document uses, in its list or in an object, and that supported_extensions() lacks;
+// sorted. Members of extras are the application's own and do not count.
+//   EC1  One note of the file names every one of them and the object that carries it.
 std::vector<std::string> find_unread_extensions(const nlohmann::json& document, const Place& root, MemoryBudget& budget,
                                                 Notes& notes);
 

@@ -12,16 +12,16 @@
 
 namespace tessera::scene::gltf {
 
-// What messages call the root, whose JSON pointer is the empty text.
+// Name of the root in messages, because its JSON pointer is the empty text.
 inline constexpr const char* kWholeDocument = "the document";
 
 // A value's place in a document: the file and the JSON pointer (RFC 6901) that leads to the value. A step costs one
-// allocation; the pointer becomes text when somebody asks for it, mostly never.
+// allocation; the pointer becomes text only on request, which is rare.
 class Place {
  public:
   explicit Place(std::string file) : file_(std::make_shared<const std::string>(std::move(file))) {}
 
-  // A place before there is JSON: a byte of the file.
+  // A place in a file whose JSON is not parsed yet: a byte offset.
   static Place byte(std::string file, std::size_t at) {
     return Place(Place(std::move(file)), "byte " + std::to_string(at), kByte);
   }

@@ -144,7 +144,7 @@ std::vector<float> stage_numbers(const StageDeclaration& stage, const json& obje
   return numbers;
 }
 
-// What a user's shape reads besides u and v, for each piece.
+// Binds the constants and the image of a user's shape, for each piece.
 void bind_pieces(Document& document, const Place& place, Procedure& out) {
   const shaders::Program& program = *out.shape_program;
   const std::size_t each = program.constants.size();

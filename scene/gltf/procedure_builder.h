@@ -11,8 +11,8 @@
 
 namespace tessera::scene::gltf {
 
-// TESSERA_procedure, an extension of nodes: docs/extensions/TESSERA_procedure.md. The names and ranges of parameters
-// are those of the stages' declarations (shaders_cpp/procedures/declarations.h).
+// TESSERA_procedure, an extension of nodes: docs/extensions/TESSERA_procedure.md. The stages' declarations
+// (shaders_cpp/procedures/declarations.h) give the names and ranges of the parameters.
 
 // The programs of one document: each text is compiled once.
 class ProgramCache {
@@ -26,27 +26,27 @@ class ProgramCache {
   std::map<std::string, shaders::ProgramSet> compiled_;
 };
 
-// Shape of the extension object: known stages or programs that compile, known parameters with the right number of
-// values in their ranges. Throws InputError.
+// Checks the shape of the extension object: known stages or programs that compile, known parameters with the right
+// number of values in their ranges. Throws InputError.
 void check_procedure_schema(const nlohmann::json& document, const nlohmann::json& procedure, ProgramCache& programs,
                             const Place& place);
 
-// What links it to other objects: the accessor of a geometry image. Throws InputError.
+// Checks its link to other objects: the accessor of a geometry image. Throws InputError.
 void check_procedure_links(const nlohmann::json& document, const nlohmann::json& procedure, const Place& place);
 
 // A parameter of one of its stages, for animations.
 struct StageParameter {
   AnimatedPath path;
   int part;                // number of the parameter among its stage's
-  int components, values;  // of a key: so many values of so many numbers
+  int components, values;  // of a key: `values` values of `components` numbers
 };
-// `stage`: "parameters" (of the shape), "texture", "shading" or "sampling", as the object has them. Nothing where the
-// stage has no such parameter. The object must have passed check_procedure_schema().
+// `stage` is "parameters" (of the shape), "texture", "shading" or "sampling", as in the object. Returns nothing where
+// the stage has no such parameter. The object must have passed check_procedure_schema().
 std::optional<StageParameter> find_stage_parameter(const nlohmann::json& document, const nlohmann::json& procedure,
                                                    std::string_view stage, std::string_view name,
                                                    ProgramCache& programs, const Place& place);
 
-// Procedures of all nodes; sets Node::procedure. Charges what they take.
+// Builds the procedures of all nodes and sets Node::procedure. Charges their memory.
 void build_procedures(Document& document, Capture& capture);
 
 }  // namespace tessera::scene::gltf

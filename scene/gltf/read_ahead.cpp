@@ -20,7 +20,7 @@ using nlohmann::json;
 
 constexpr const char* kDracoExtension = "KHR_draco_mesh_compression";
 
-// Work that a file may ask for ahead; what is beyond is done when it is asked for.
+// Limit on the work ahead that a file may ask for; the builders decode the rest themselves.
 constexpr std::size_t kMaxJobs = 1024;
 
 // Things to decode, each for a shelf. All draw on one room.
@@ -49,7 +49,7 @@ class Jobs {
     parallel_for(jobs_.size(), [&](std::size_t j) { jobs_[j](); });
     jobs_.clear();
   }
-  // What the values on the shelves were charged.
+  // Bytes charged for the values on the shelves.
   std::uint64_t waiting_bytes() const { return all_ - room_; }
 
  private:
@@ -59,7 +59,7 @@ class Jobs {
   const std::uint64_t all_;
 };
 
-// An image and what a material makes of it.
+// An image and a material's use of it.
 struct ImageUse {
   std::size_t image;
   bool basis, heights;
@@ -67,7 +67,7 @@ struct ImageUse {
   auto operator<=>(const ImageUse&) const = default;
 };
 
-// What the builders will ask for, as far as it can be told from the document alone.
+// Values that the builders will ask for, as far as the document alone shows it.
 struct Wanted {
   std::set<ImageUse> images;
   std::set<std::size_t> views;
@@ -140,7 +140,7 @@ struct Wanted {
   const Document& document_;
 };
 
-// The URIs behind what is wanted.
+// Adds the URIs of the wanted values.
 void add_uris(const Document& document, const Wanted& wanted, ReadAhead& ahead, Jobs& jobs) {
   std::set<std::string_view> seen;
   const auto add = [&](const json& holder, const char* list, std::size_t index) {

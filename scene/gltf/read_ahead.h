@@ -13,11 +13,12 @@
 
 namespace tessera::scene::gltf {
 
-// What was decoded ahead of the builders that will ask for it, by a key.
+// Values that were decoded before the builders ask for them, by key.
 template <class Key, class Value>
 class Shelf {
  public:
-  // The value, taken off, and charged to `budget` as decoding it now would be; nothing where it is not there.
+  // Takes the value off the shelf and charges it to `budget`, as decoding it now would. Returns nothing if it is not
+  // there.
   template <class Asked>
   std::optional<Value> take(const Asked& key, MemoryBudget& budget) {
     const auto found = entries_.find(key);
@@ -48,12 +49,12 @@ class Shelf {
   std::map<Key, Entry, std::less<>> entries_;
 };
 
-// Streams and images of a document, decoded on all threads before the builders ask for them one after the other.
+// Streams and images of a document, decoded on all threads before the builders ask for them in order.
 //
 // Invariants (cited by the tests):
-//   RA1  What is read, charged, noted and refused, and with which words, is what reading in the file's order does, for
-//        any number of threads: a fault met ahead is forgotten, and whoever asks decodes anew and meets it in turn.
-//   RA2  What waits is charged to what the budget has left, and dropped where a charge needs the room.
+//   RA1  For any number of threads, values, charges, notes, refusals and their words equal the results that reading in
+//        the file's order gives: a fault met ahead is forgotten, and the builder decodes anew and meets it in turn.
+//   RA2  Waiting values are charged to the rest of the budget, and dropped where a charge needs the room.
 struct ReadAhead {
   Shelf<std::string, std::vector<std::uint8_t>> uris;
   Shelf<std::size_t, std::vector<std::uint8_t>> views;
@@ -65,7 +66,7 @@ struct ReadAhead {
   void clear();
 };
 
-// Fills document.ahead, where more than one thing can be decoded at once.
+// Fills document.ahead, where several things can be decoded at once.
 void read_ahead(Document& document);
 
 }  // namespace tessera::scene::gltf

@@ -23,7 +23,7 @@ int hex_digit(char c) {
   return -1;
 }
 
-// Nothing where an escape is broken.
+// Returns nothing where an escape is broken.
 std::optional<std::string> percent_decode(std::string_view text) {
   std::string out;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -222,7 +222,7 @@ Bytes Resources::buffer(std::size_t index) {
   return Bytes(bytes).first(length);
 }
 
-// What a buffer view or its compression points at: buffer, byteOffset, byteLength.
+// The bytes that a buffer view or its compression points at with buffer, byteOffset, byteLength.
 Bytes Resources::bytes_of(const json& range, const Place& place) {
   const Bytes bytes = buffer(range["buffer"].get<std::size_t>());
   const auto offset = range.value("byteOffset", std::uint64_t{0}), length = range["byteLength"].get<std::uint64_t>();

@@ -32,21 +32,21 @@ class Resources {
 
   // The buffer's byteLength bytes. A longer file or chunk is fine, a shorter one is refused.
   Bytes buffer(std::size_t index);
-  // A compressed view's bytes are decoded; the buffer that it names beside them is not asked for.
+  // Decodes a compressed view; the fallback buffer that it names is not read.
   Bytes buffer_view(std::size_t index);
   // The encoded bytes of an image. Refuses one that has none.
   Bytes image(std::size_t index);
   // The bytes behind a URI that stands at `place`.
   Bytes file(const std::string& uri, const Place& place) { return uri_bytes(uri, place); }
 
-  // Bytes that are there without reading or decoding anything now; nothing otherwise. `range`: a view without
+  // Bytes that are available without reading or decoding anything now; nothing otherwise. `range`: a view without
   // compression, or a compression.
   std::optional<Bytes> known_range(const nlohmann::json& range) const;
   std::optional<Bytes> known_view(std::size_t index) const;
   std::optional<Bytes> known_image(std::size_t index) const;
-  // Reads what a URI of the document names, charged to `budget`. Refuses at `place`. May be called on any thread.
+  // Reads the target of a URI of the document, charged to `budget`. Refuses at `place`. May be called on any thread.
   std::vector<std::uint8_t> read_uri(const std::string& uri, MemoryBudget& budget, const Place& place) const;
-  // Takes URIs and compressed views from there where they are ready.
+  // Takes URIs and compressed views from `ahead` where they are ready.
   void use(ReadAhead& ahead) { ahead_ = &ahead; }
 
   // Bytes read from files and data URIs so far.
@@ -66,7 +66,7 @@ class Resources {
   Notes& notes_;
   std::map<std::string, std::vector<std::uint8_t>> loaded_;   // by URI
   std::map<std::size_t, std::vector<std::uint8_t>> decoded_;  // compressed views
-  std::vector<Bytes> views_;                                  // known ones; without data until then
+  std::vector<Bytes> views_;                                  // known views; empty until they are known
   std::uint64_t bytes_read_ = 0;
   ReadAhead* ahead_ = nullptr;
 };
@@ -81,7 +81,7 @@ std::optional<std::string> uri_path(std::string_view uri);
 // Whether a URI holds its data. Schemes are case-insensitive (RFC 3986 section 3.1).
 bool is_data_uri(std::string_view uri);
 
-// Bytes of a "data:" URI (base64 or percent-encoded). Refuses what is neither.
+// Bytes of a "data:" URI (base64 or percent-encoded). Refuses other encodings.
 std::vector<std::uint8_t> decode_data_uri(const std::string& uri, const Place& place);
 
 }  // namespace tessera::scene::gltf

@@ -27,7 +27,7 @@ DMat4 matrix_from(const double* m) {
   return out;
 }
 
-// Without what exporters' rounding left in the last row.
+// Removes exporters' rounding from the last row.
 DMat4 affine_from(const double* m) {
   DMat4 out = matrix_from(m);
   for (int column = 0; column < 4; ++column) out[column][3] = column == 3 ? 1 : 0;
@@ -77,8 +77,8 @@ std::size_t clusters_of(const Primitive& primitive) {
                                                 : primitive.triangles_of_cluster.size();
 }
 
-// What posing keeps of a node or an instance, for each primitive of its mesh: the drawable before and after posing, and a
-// number for each base patch, of which a primitive has no more than it has triangles or patches.
+// Bytes that posing keeps for a node or an instance: for each primitive of its mesh the drawable before and after
+// posing, and a number for each base patch, of which a primitive has no more than triangles or patches.
 std::uint64_t posed_bytes(const Mesh& mesh) {
   constexpr std::uint64_t kDrawableBytes = 1024, kPatchBytes = 8, kGridBytes = 24;
   std::uint64_t bytes = 0;
@@ -91,8 +91,8 @@ std::uint64_t posed_bytes(const Mesh& mesh) {
   return bytes;
 }
 
-// The extension does not say what a skin does to instances. A skinned mesh ignores its node's transform, so they would
-// all lie in one place; three.js draws the mesh as it rests, and so do we.
+// The extension leaves open how a skin acts on instances. A skinned mesh ignores its node's transform, so all instances
+// would lie in one place; three.js draws the mesh in its rest pose, and so do we.
 void build_instances(Document& document, Capture& capture) {
   for (std::size_t n = 0; n < capture.nodes.size(); ++n) {
     const json* instancing = find_extension(document.json["nodes"][n], "EXT_mesh_gpu_instancing");
@@ -135,7 +135,8 @@ void build_instances(Document& document, Capture& capture) {
   }
 }
 
-// Charges what posing keeps of nodes without instances, which may share a large mesh, and of vertices that deform.
+// Charges the memory that posing keeps for nodes without instances, which may share a large mesh, and for vertices that
+// deform.
 void charge_poses(Document& document, const Capture& capture) {
   std::vector<std::uint64_t> rigid;
   for (const Mesh& mesh : capture.meshes) rigid.push_back(posed_bytes(mesh));
@@ -216,7 +217,7 @@ void check_rotation_keys(const AnimationChannel& channel, const Place& place) {
   }
 }
 
-// What a channel moves, or nothing where it is to be ignored.
+// The target of a channel, or nothing where the channel is to be ignored.
 std::optional<AnimationChannel> channel_target(const Document& document, const json& json_channel,
                                                ProgramCache& programs) {
   AnimationChannel channel;
@@ -289,7 +290,7 @@ std::vector<Animation> build_animations(Document& document, const Capture& captu
   for (const json& json_animation : list_of(document.json, "animations")) {
     Animation& animation = animations.emplace_back();
     animation.name = json_animation.value("name", std::string());
-    std::map<std::tuple<AnimatedPath, int, int, int>, std::size_t> places;  // of channels, by what they move
+    std::map<std::tuple<AnimatedPath, int, int, int>, std::size_t> places;  // channels by their targets
     for (const json& json_channel : json_animation["channels"])
       if (std::optional<AnimationChannel> channel = channel_target(document, json_channel, programs)) {
         read_keys(document, json_animation["samplers"][json_channel["sampler"].get<std::size_t>()], capture, *channel);
@@ -329,7 +330,7 @@ std::vector<int> choose_animations(const std::vector<Animation>& animations) {
   return played;
 }
 
-// Those that were selected, else those that the file names, else as glTF leaves it.
+// The selected animations, else the ones that the file names, else glTF's default.
 std::vector<int> played_animations(const Document& document, const Selected& selected,
                                    const std::vector<Animation>& animations) {
   if (selected.animations) return *selected.animations;
@@ -339,7 +340,7 @@ std::vector<int> played_animations(const Document& document, const Selected& sel
   return choose_animations(animations);
 }
 
-// What an animation turns on is there from the first frame on: shaders do not change from frame to frame.
+// An effect that an animation turns on exists from the first frame on: shaders do not change from frame to frame.
 void settle_effects(Capture& capture) {
   for (const int a : capture.played_animations)
     for (const AnimationChannel& channel : capture.animations[static_cast<std::size_t>(a)].channels) {

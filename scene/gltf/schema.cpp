@@ -25,8 +25,8 @@ namespace {
 
 using nlohmann::json;
 
-// A rule checks one value and throws when it does not hold. Where a value breaks glTF and has one meaning all the same,
-// the rule makes a note and puts the meaning in its place.
+// A rule checks one value and throws when it does not hold. Where a value breaks glTF and has only one meaning, the
+// rule makes a note and replaces the value by its meaning.
 using Rule = std::function<void(json&, const Place&, Notes&)>;
 
 struct Property {
@@ -68,7 +68,7 @@ Rule number(double min = -kFloatMax, double max = kFloatMax, bool exclude_min = 
   return [=](json& value, const Place& place, Notes&) {
     if (!value.is_number()) place.refuse("is not a number");
     const double v = value.get<double>();
-    // Numbers are kept as floats: what is above the minimum only as a double would become the minimum.
+    // Numbers are kept as floats: a double slightly above the minimum would be rounded to the minimum.
     if (!(v >= min && v <= max) || (exclude_min && static_cast<double>(static_cast<float>(v)) <= min))
       place.refuse("is {}, outside {}{:g}, {:g}]", v, exclude_min ? "(" : "[", min, max);
   };
@@ -273,7 +273,7 @@ Rule subdivision_rule() {
   });
 }
 
-// Index into what an extension lists beside the document's arrays.
+// Index into a list that an extension has beside the document's arrays.
 Rule index_below(std::size_t count, const char* what) {
   return [=](json& value, const Place& place, Notes& notes) {
     integer(0)(value, place, notes);
@@ -374,7 +374,7 @@ Rule animation_rule(const json& d) {
       {"interpolation", choice({"LINEAR", "STEP", "CUBICSPLINE"})},
       {"output", index_of(d, "accessors"), kRequired},
   });
-  // An animation that moves nothing is refused: what its writer meant to move is lost.
+  // An animation without channels is refused: its writer's channels are lost.
   const Rule channels = [channel = list(object({{"sampler", integer(), kRequired}, {"target", target, kRequired}}))](
                             json& value, const Place& place, Notes& notes) {
     channel(value, place, notes);
@@ -553,7 +553,7 @@ Rule buffer_rule() {
   });
 }
 
-// Textures are magnified without mip levels: a filter that names them says what it does within one.
+// A magnified texture uses no mip levels: for a filter with mip levels, its part within one level counts.
 Rule magnifying_filter() {
   return [](json& value, const Place& place, Notes& notes) {
     one_of({9728, 9729, 9984, 9985, 9986, 9987})(value, place, notes);
@@ -575,7 +575,7 @@ Rule document_rule(const json& d) {
       {"asset", object({{"version", text(), kRequired}, {"minVersion", text()}}), kRequired},
       {"extensionsUsed", list(text())},
       {"extensionsRequired", list(text())},
-      // Before what points into it.
+      // First, because other members point into it.
       {"extensions", object({{"KHR_lights_punctual", object({{"lights", list(light_rule()), kRequired}})},
                              {"KHR_materials_variants",
                               object({{"variants", list(object({{"name", text(), kRequired}})), kRequired}})},

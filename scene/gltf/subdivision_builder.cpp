@@ -50,7 +50,7 @@ void check_subdivision(const json& d, const json& primitive, const Place& place)
   const auto accessor_count = [&](const json& index) {
     return d["accessors"][index.get<std::size_t>()]["count"].get<std::uint64_t>();
   };
-  // A Draco stream decides for itself; its counts are checked once it is decoded.
+  // The counts of a Draco stream are checked once it is decoded.
   if (find_extension(primitive, "KHR_draco_mesh_compression") != nullptr) return;
   const std::uint64_t vertices = accessor_count(attributes["POSITION"]);
   const std::uint64_t triangles = (primitive.contains("indices") ? accessor_count(primitive["indices"]) : vertices) / 3;

@@ -67,7 +67,8 @@ void check_required_extensions(const json& d, const Place& root) {
       missing.push_back(escape_control(text, 60));
   }
   if (!missing.empty())
-    root.at("extensionsRequired").refuse("needs what Tessera does not support: {}", fmt::join(missing, ", "));
+    root.at("extensionsRequired")
+        .refuse("requires extensions that Tessera does not support: {}", fmt::join(missing, ", "));
 }
 
 // ---- Views and accessors ----------------------------------------------------------------------------------------
@@ -245,7 +246,7 @@ void check_node_graph(const json& d, const Place& root, Notes& notes) {
       parent[child] = i;
     }
   }
-  // With one parent each, what cannot be reached from a parentless node hangs on a cycle.
+  // Each node has at most one parent, so a node that no parentless node reaches hangs on a cycle.
   std::vector<std::uint8_t> state(nodes.size(), 0);  // 1: on the way up from here, 2: known to reach a root
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     std::vector<std::size_t> way;

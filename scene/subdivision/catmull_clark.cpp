@@ -140,9 +140,9 @@ class Conversion {
   LimitMasks masks_;
 };
 
-// What a patch takes while it is made: its share of the refined topology, of the masks (61 terms where it is regular)
-// and of the shared control points (9), and the 16 it is left with. [measured] Without these 1.5 kB on grids, 5 kB with
-// skins of 20 joints; three quarters of what is charged.
+// Bytes that a patch needs during conversion: its share of the refined topology, of the masks (61 terms for a regular
+// patch) and of the shared control points (9), and its own 16 control points. [measured] The first three take 1.5 kB on
+// grids and 5 kB with skins of 20 joints: three quarters of the charge.
 std::uint64_t bytes_per_patch(const Vertices& vertices) {
   std::uint64_t vertex = sizeof(Vec3) + vertices.texcoords.size() * sizeof(Vec2) +
                          vertices.colors.size() / std::max<std::size_t>(1, vertices.count()) * sizeof(Vec4);

@@ -85,7 +85,7 @@ class CageBuilder {
 
   // ---- Points ---------------------------------------------------------------------------------------------------
 
-  // The sides of all faces, those of one edge side by side.
+  // The sides of all faces, sorted so that the sides of one edge are neighbours.
   std::vector<Side> sorted_sides(const std::vector<std::uint32_t>& point_of_corner) const {
     std::vector<Side> sides(next_.size());
     for (std::uint32_t c = 0; c < next_.size(); ++c) {
@@ -117,8 +117,8 @@ class CageBuilder {
     });
   }
 
-  // An edge on which walls stand is one curve for all of them: that of a boundary, which a wall's side has. Sheets that
-  // lie on each other need no such edge, as their curves are the same.
+  // Walls that stand on an edge share one curve: the boundary's, which a wall's side has. Sheets that lie on each other
+  // need no such edge, because their curves are the same.
   void find_shared(std::size_t first, std::size_t last) {
     std::set<std::set<std::uint32_t>> curves;
     bool boundary = false;

@@ -7,8 +7,8 @@ namespace tessera::scene::subdivision {
 
 using std::numbers::pi;
 
-// What lies around a point, counter-clockwise: face i between edges i and i + 1. On a boundary there is one edge more
-// than faces.
+// The surroundings of a point, counter-clockwise: face i between edges i and i + 1. On a boundary there is one edge
+// more than faces.
 struct LimitMasks::Ring {
   int point;
   std::vector<int> edge, edge_end;  // edges, and at which end of them the point is
@@ -142,9 +142,9 @@ void LimitMasks::add_smooth_masks(const Ring& ring) {
   }
 }
 
-// Where all is regular the bicubic B-spline's inner point. A Gregory patch has two inner points at a corner, one for
-// each side; the mean of those is taken whose side has an extraordinary end, so that the outer ring of the patches
-// around an extraordinary point still meets its regular neighbours smoothly.
+// In regular surroundings this is the bicubic B-spline's inner point. A Gregory patch has two inner points at a corner,
+// one for each side. We take the mean of the ones whose side has an extraordinary end, so that the outer ring of the
+// patches around an extraordinary point still meets its regular neighbours smoothly.
 void LimitMasks::add_inner_masks(const osd::TopologyLevel& level, int face) {
   const osd::ConstIndexArray points = level.GetFaceVertices(face), edges = level.GetFaceEdges(face);
   const std::array<double, 4>& valence = sector_valence_[static_cast<std::size_t>(face)];

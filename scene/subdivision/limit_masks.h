@@ -8,15 +8,15 @@
 
 namespace tessera::scene::subdivision {
 
-// How the control points of the patches follow from the points of the finest level: each is a weighted sum of the
-// points around, with weights that depend on topology and sharpness alone. So the same masks convert positions,
-// differences of morph targets and skin influences.
+// Weights that compute the control points of the patches from the points of the finest level. A control point is a
+// weighted sum of the points around it, and the weights depend on topology and sharpness alone. So the same masks
+// convert positions, differences of morph targets and skin influences.
 //
-// Control points have numbers of their own: one per point (patch corner), two per edge, four per face. Patches take
-// them by number.
+// Control points are numbered: one per point (patch corner), two per edge, four per face. Patches refer to them by
+// number.
 //
 // Invariants (cited by the tests):
-//   LM1  What two patches share along an edge or at a corner is one control point, evaluated once: equal bit by bit.
+//   LM1  Patches that share an edge or a corner share its control points, each evaluated once: equal bit by bit.
 //   LM2  Where all four points of a face are regular (four faces; two on a boundary or crease; one at a sharp corner)
 //        and its surroundings are smooth, the patch is the limit surface of Catmull and Clark.
 //   LM3  Patch corners lie on the limit surface everywhere, and at smooth and crease points the control points next to
@@ -36,7 +36,7 @@ class LimitMasks {
 
   std::size_t control_point_count() const { return masks_.size(); }
   std::size_t corner(int point) const { return static_cast<std::size_t>(point); }
-  // The point at `end` (0, 1: first, second point of the edge) of an edge's curve.
+  // The control point of an edge's curve next to `end` (0, 1: first, second point of the edge).
   std::size_t on_edge(int edge, int end) const { return static_cast<std::size_t>(points_ + 2 * edge + end); }
   std::size_t inside(int face, int face_corner) const {
     return static_cast<std::size_t>(points_ + 2 * edges_ + 4 * face + face_corner);
@@ -92,7 +92,7 @@ class LimitMasks {
   std::vector<Mask> masks_;
   std::vector<Term> terms_;
   std::vector<std::array<double, 4>>
-      sector_valence_;  // per face and corner: edges of the full turn that its sector is half, or all, of
+      sector_valence_;  // per face and corner: edges of the full turn of which its sector is half, or all
   std::size_t open_ = 0;
 };
 

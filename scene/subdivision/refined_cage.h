@@ -16,14 +16,14 @@ namespace osd = OpenSubdiv::Far;
 // smaller ones along an edge (no T-junctions).
 class RefinedCage {
  public:
-  // Throws CageError for a cage whose faces are not all quads when there is no step that makes them so.
+  // Throws CageError for a cage with triangles when rules.levels is 0: only a step of refinement makes all faces quads.
   RefinedCage(const ControlCage& cage, const CageRules& rules);
 
   const osd::TopologyLevel& finest() const { return finest_; }
   int patch_count() const { return finest_.GetNumFaces(); }
 
-  // Values of the cage's points -> values of the finest level's points, by the rules of Catmull and Clark. T has
-  // Clear() and AddWithWeight(const T&, double).
+  // Computes values at the finest level's points from values at the cage's points, by the rules of Catmull and Clark. T
+  // has Clear() and AddWithWeight(const T&, double).
   template <class T>
   std::vector<T> refine(std::vector<T> values) const {
     const osd::PrimvarRefinerReal<double> refiner(*refiner_);
@@ -35,8 +35,8 @@ class RefinedCage {
     return values;
   }
 
-  // Values of the cage's face corners -> values of the finest faces' corners, four each, linear along sides and
-  // bilinear inside: a face of the cage never takes part in another one's.
+  // Computes values at the corners of the finest faces, four each, from values at the corners of the cage's faces:
+  // linear along sides and bilinear inside. A face of the cage never affects another one's values.
   template <class T>
   std::vector<T> refine_corners(std::vector<T> values) const {
     for (int level = 0; level < refiner_->GetMaxLevel(); ++level) values = split_corners(level, values);
@@ -79,7 +79,7 @@ class RefinedCage {
   osd::TopologyLevel finest_;
 };
 
-// Faces of the finest level, known before anything is refined.
+// Number of faces of the finest level, known before anything is refined.
 std::uint64_t patch_count(const ControlCage& cage, int levels);
 
 }  // namespace tessera::scene::subdivision

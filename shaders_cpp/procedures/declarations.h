@@ -9,11 +9,10 @@
 
 namespace tessera::shaders {
 
-// How a parameter is written in a capture and laid out in the block that a procedure reads.
+// Form of a parameter in a capture, and its layout in the block that a procedure reads.
 enum class ParameterLayout : std::uint8_t {
   kNumbers,  // `size` numbers, as many in the block
-  kChainU,   // points (a, b) of joined cubic Bezier curves, 3 n + 1 of them; the surface is cut into n pieces along u,
-             // each
+  kChainU,   // points (a, b) of joined cubic Bezier curves, 3 n + 1 of them; the surface is cut into n pieces along u
   kChainV,   // the same along v; a piece's block has the 8 numbers of its own curve's control points
 };
 
@@ -21,7 +20,7 @@ struct ParameterDeclaration {
   std::string_view name;
   ParameterLayout layout;
   int size;             // numbers in the block
-  float default_value;  // of each number; kRequired: the capture must say
+  float default_value;  // default of each number; kRequired if the capture must give the parameter
   float min, max;
   std::string_view meaning;
 
@@ -39,11 +38,11 @@ inline constexpr std::size_t kBlockNumbers = 48;
 
 struct Program;
 
-// What a shape reads besides its parameters (u, v): the numbers of its declaration, in order.
+// Inputs of a shape besides (u, v): the numbers of its declaration, in order.
 struct ShapeInput {
   std::array<float, kBlockNumbers> p{};
   const GeometryImage* image = nullptr;
-  const Program* program = nullptr;  // of ShapeId::kProgram, with its constants (Program::bind)
+  const Program* program = nullptr;  // for ShapeId::kProgram, with its constants (Program::bind)
   const float* constants = nullptr;
 };
 
@@ -58,13 +57,13 @@ struct ShapeInput {
 // clang-format on
 
 #define TESSERA_STAGE_NAME(name) k##name,
-// kProgram: the user's own (program.h).
+// kProgram: a stage of the user's own (program.h).
 enum class ShapeId : std::uint8_t { TESSERA_SHAPES(TESSERA_STAGE_NAME) kProgram };
 enum class TextureId : std::uint8_t { TESSERA_TEXTURES(TESSERA_STAGE_NAME) kProgram };
 enum class ShadingId : std::uint8_t { TESSERA_SHADING(TESSERA_STAGE_NAME) };
 #undef TESSERA_STAGE_NAME
 
-// One stage as captures and people know it.
+// Name, meaning and parameters of one stage, for captures and people.
 struct StageDeclaration {
   std::string_view name, meaning;
   std::span<const ParameterDeclaration> parameters;

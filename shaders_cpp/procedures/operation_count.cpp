@@ -5,7 +5,7 @@
 namespace tessera::shaders {
 namespace counting {
 
-// Where the numbers of the evaluation under way count.
+// Counter of the operations of the current evaluation.
 thread_local OperationCount* current = nullptr;
 
 struct Counted {
@@ -47,7 +47,7 @@ Counted image_value(const float* values, int width, int height, Counted u, Count
   return image_value_with_slopes(values, width, height, u, v).value;
 }
 
-// Operations of body().
+// Counts the operations of body().
 template <class Body>
 OperationCount count(const Body& body) {
   OperationCount out;

@@ -6,8 +6,8 @@
 
 namespace tessera::shaders {
 
-// Operations of one evaluation, counted by running the templates with a number that counts. Noise counts as its
-// interpolation; its hashes, a table lookup in the published machine, do not.
+// Operations of one evaluation, counted by running the templates with a number type that counts. Noise counts as its
+// interpolation; its hashes, a table lookup in the published machine, do not count.
 struct OperationCount {
   std::uint64_t multiplies = 0, adds = 0, divides = 0, square_roots = 0, comparisons = 0;
   std::uint64_t total() const { return multiplies + adds + divides + square_roots + comparisons; }

@@ -30,7 +30,7 @@ using tessera::HWY_NAMESPACE::dot;
 using tessera::HWY_NAMESPACE::FloatLanes;
 using tessera::HWY_NAMESPACE::Vector3;
 
-// ---- What scalar.h has, lane by lane with the same bits ---------------------------------------------------------
+// ---- Functions of scalar.h for lanes, with the same bits --------------------------------------------------------
 
 using IntTag = hn::RebindToSigned<FloatLanes::D>;
 using UnsignedTag = hn::RebindToUnsigned<FloatLanes::D>;
@@ -84,8 +84,8 @@ HWY_INLINE PlaneNoise<FloatLanes> image_value_with_slopes(const float* values, i
   const FloatLanes::D d;
   const IntTag di;
   const FloatLanes su(static_cast<float>(width - 1)), sv(static_cast<float>(height - 1)), none(0.0f), one(1.0f);
-  // As std::max and std::min, which keep their first argument when a comparison fails: a coordinate that is no number
-  // stays one, and its lane must not reach memory.
+  // Like std::max and std::min, which keep their first argument when a comparison fails: a NaN coordinate stays NaN,
+  // and its lane must not access memory.
   const auto clamped = [&](FloatLanes a, FloatLanes most)
                            HWY_ATTR { return real_min(tessera::HWY_NAMESPACE::real_max(a, none), most); };
   const FloatLanes x = clamped(u * su, su), y = clamped(v * sv, sv);
@@ -104,10 +104,10 @@ HWY_INLINE FloatLanes image_value(const float* values, int width, int height, Fl
   return image_value_with_slopes(values, width, height, u, v).value;
 }
 
-// Declared for the textures; below, since it uses one of their functions.
+// Declared here for the textures; defined below, since it uses one of their functions.
 HWY_INLINE FloatLanes space_noise(FloatLanes x, FloatLanes y, FloatLanes z);
 
-// Each needs those before it.
+// Each file needs the files before it.
 // clang-format off
 #include "shaders_cpp/procedures/dual.inc"
 #include "shaders_cpp/procedures/shapes.inc"

@@ -11,7 +11,7 @@ namespace {
 template <class Real>
 PlaneNoise<Real> noise_at(Real x, Real y) {
   const Real column = std::floor(x), row = std::floor(y);
-  // Far outside, where the lattice has no numbers any more, noise is flat.
+  // Far outside, where the lattice has no numbers, noise is flat.
   if (!(std::abs(column) < Real(1e9) && std::abs(row) < Real(1e9))) return {Real(0), Real(0), Real(0)};
   const auto i = static_cast<std::int32_t>(column), j = static_cast<std::int32_t>(row);
   Real gx[4], gy[4];
@@ -29,13 +29,13 @@ PlaneNoise<Real> image_at(const float* values, int width, int height, Real u, Re
   const Real x = std::min(std::max(u * su, Real(0)), su), y = std::min(std::max(v * sv, Real(0)), sv);
   const Real column = std::min(std::floor(x), su - Real(1)), row = std::min(std::floor(y), sv - Real(1)),
              fx = x - column, fy = y - row;
-  // A coordinate that is no number stays one, and must not reach memory.
+  // A NaN coordinate stays NaN, and must not access memory.
   const auto index = [](Real a) { return a == a ? static_cast<std::ptrdiff_t>(a) : 0; };
   const float* at = values + index(row) * width + index(column);
   const auto c00 = static_cast<Real>(at[0]), c10 = static_cast<Real>(at[1]), c01 = static_cast<Real>(at[width]),
              c11 = static_cast<Real>(at[width + 1]);
   const Real gx = Real(1) - fx, gy = Real(1) - fy;
-  // Weights of exactly 0 and 1 at the grid's points: what is equal there stays equal.
+  // Weights are exactly 0 and 1 at the grid's points, so equal values there stay equal.
   return {(c00 * gx + c10 * fx) * gy + (c01 * gx + c11 * fx) * fy, ((c10 - c00) * gy + (c11 - c01) * fy) * su,
           ((c01 - c00) * gx + (c11 - c10) * fx) * sv};
 }

@@ -11,10 +11,9 @@
 #include "shaders_cpp/procedures/uniforms.h"
 
 // Procedures over Real (US 2007/0002066): shapes, textures and shading models as templates, for float, double, Dual and
-// counting reals. The same text is compiled for SIMD lanes by procedures-inl.h; Enclosure (frontend) brings its own
-// functions.
+// counting numbers. procedures-inl.h compiles the same text for SIMD lanes; Enclosure (frontend) has its own functions.
 
-#define TESSERA_STAGE_ATTR  // lambdas carry the SIMD target's attribute where there is one
+#define TESSERA_STAGE_ATTR  // attribute of lambdas for the SIMD target; empty here
 #define TESSERA_STAGE_NOINLINE [[gnu::noinline]]
 
 namespace tessera::shaders {
@@ -42,7 +41,7 @@ inline double image_value(const float* values, int width, int height, double u, 
   return image_value_with_slopes(values, width, height, u, v).value;
 }
 
-// Each needs those before it.
+// Each file needs the files before it.
 // clang-format off
 #include "shaders_cpp/procedures/dual.inc"
 #include "shaders_cpp/procedures/shapes.inc"

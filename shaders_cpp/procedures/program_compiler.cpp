@@ -1,5 +1,5 @@
-// The compiler of programs: one pass over the words of a text, which emits instructions as it reads. Bodies of functions
-// and of repetitions are read again each time they are used.
+// The compiler of programs: one pass over the words of a text, which emits instructions as it reads. It reads bodies
+// of functions and of repetitions again each time they are used.
 #include <algorithm>
 #include <cmath>
 #include <deque>
@@ -14,7 +14,7 @@ namespace {
 
 using Kind = Scalar::Kind;
 
-// One to four numbers, or a row of numbers that only an index takes apart.
+// One to four numbers, or a row of numbers that is accessible by index alone.
 struct Value {
   std::vector<Scalar> numbers;
   bool row = false;
@@ -34,7 +34,7 @@ struct Function {
   std::vector<std::string_view> arguments;
   std::size_t body = 0;     // token after '{' or after '='
   bool expression = false;  // one expression, not a block
-  std::size_t symbols = 0;  // of the program's own that it sees
+  std::size_t symbols = 0;  // number of the program's own symbols that it sees
 };
 
 std::string type_name(const Value& value) {
@@ -42,7 +42,7 @@ std::string type_name(const Value& value) {
   return value.size() == 1 ? "a number" : fmt::format("a vec{}", value.size());
 }
 
-// Compiles one program from its kind's word to its closing brace.
+// Compiles one program from the word of its kind to its closing brace.
 class Compiler {
  public:
   Compiler(const std::vector<Token>& tokens, std::size_t at, std::size_t& steps)
@@ -89,8 +89,8 @@ class Compiler {
   void read_default(ParameterDeclaration& p);
 
   // ---- Statements ----
-  std::optional<Value> block();      // to the closing brace; the value that it returns
-  std::optional<Value> statement();  // the same of a statement
+  std::optional<Value> block();      // reads to the closing brace; returns the block's value
+  std::optional<Value> statement();  // returns the statement's value
   void let(Symbol::Role role);
   void assign();
   void repeat();
@@ -121,10 +121,10 @@ class Compiler {
   std::optional<Emitter> emitter_;
   std::deque<Symbol> symbols_;
   std::deque<Function> functions_;
-  std::size_t barrier_ = 0;  // symbols from here on belong to the function that is being called
-  std::size_t visible_ = 0;  // of the program's own symbols, those that it sees
+  std::size_t barrier_ = 0;  // symbols from here on belong to the function in progress
+  std::size_t visible_ = 0;  // number of the program's own symbols that are visible
   bool in_call_ = false;
-  std::size_t callable_ = 0;       // functions that may be called: those before the one that is being called
+  std::size_t callable_ = 0;       // number of callable functions: the ones before the function in progress
   std::optional<Scalar> running_;  // inside `repeat ... while`: positive where this repetition runs
 };
 
@@ -157,7 +157,7 @@ std::size_t Compiler::expect_count(std::size_t min, std::size_t max) {
   return static_cast<std::size_t>(value);
 }
 
-// Behind an opening brace, to behind its closing one.
+// Moves from behind an opening brace to behind its closing one.
 void Compiler::skip_block() {
   const Token& open = tokens_[at_ - 1];
   for (std::size_t depth = 1; depth > 0;) {
@@ -314,7 +314,7 @@ std::optional<Value> Compiler::statement() {
   return std::nullopt;
 }
 
-// Whether each number was made apart from the others.
+// Whether each number was made separately.
 bool all_distinct(const Value& value) {
   for (std::size_t a = 0; a < value.numbers.size(); ++a)
     for (std::size_t b = 0; b < a; ++b)
@@ -337,7 +337,7 @@ void Compiler::let(Symbol::Role role) {
   const Token& at = peek();
   const std::size_t mark = emitter_->mark();
   const bool was = emitter_->uniform();
-  if (was && role == Symbol::Role::kVariable) role = Symbol::Role::kUniform;  // of a function called for a uniform
+  if (was && role == Symbol::Role::kVariable) role = Symbol::Role::kUniform;  // in a function called for a uniform
   emitter_->set_uniform(was || role == Symbol::Role::kUniform);
   Value value = expression();
   emitter_->set_uniform(was);
@@ -350,7 +350,7 @@ void Compiler::let(Symbol::Role role) {
   const std::size_t own = all_distinct(value) ? mark : emitter_->mark();
   for (Scalar& s : value.numbers) {
     if (role == Symbol::Role::kUniform && s.kind == Kind::kVarying)
-      refuse(at, "a uniform cannot hang on what differs between samples");
+      refuse(at, "a uniform cannot depend on numbers that differ between samples");
     if (role == Symbol::Role::kVariable) s = emitter_->variable(s, own);
     if (role == Symbol::Role::kLet) s = emitter_->settled(s);
   }
@@ -379,8 +379,9 @@ void Compiler::assign() {
     refuse(at, fmt::format("'{}' is {}, the value is {}", name.text, type_name(to), type_name(value)));
   if (uniform) {
     for (std::size_t k = 0; k < to.numbers.size(); ++k) {
-      if (value.numbers[k].kind == Kind::kVarying) refuse(at, "a uniform cannot hang on what differs between samples");
-      // Where the repetition does not run, it stays as it was.
+      if (value.numbers[k].kind == Kind::kVarying)
+        refuse(at, "a uniform cannot depend on numbers that differ between samples");
+      // A variable keeps its value if the repetition does not run.
       to.numbers[k] = running_
                           ? emitter_->select_less(Emitter::literal(0.0f), *running_, value.numbers[k], to.numbers[k])
                           : value.numbers[k];
@@ -420,7 +421,8 @@ void Compiler::repeat() {
       const Value b = sum();
       const Scalar x = one(condition, a), y = one(condition, b);
       for (const Scalar& s : {x, y})
-        if (s.kind == Kind::kVarying) refuse(condition, "repetitions cannot hang on what differs between samples");
+        if (s.kind == Kind::kVarying)
+          refuse(condition, "repetitions cannot depend on numbers that differ between samples");
       const Scalar yes =
           emitter_->select_less(less ? x : y, less ? y : x, Emitter::literal(1.0f), Emitter::literal(0.0f));
       running_ = running_ ? emitter_->binary(Operation::kMultiply, *running_, yes) : yes;
@@ -449,7 +451,7 @@ Scalar Compiler::one(const Token& at, const Value& value) const {
   return value.numbers[0];
 }
 
-// Number by number; what is one number serves all.
+// Applies a function number by number; an argument of one number serves all.
 Value Compiler::each(const Token& at, const std::vector<Value>& arguments,
                      const std::function<Scalar(const std::vector<Scalar>&)>& of_numbers) {
   int size = 1;
@@ -516,7 +518,7 @@ Value Compiler::factor() {
   return operate(at, Operation::kSubtract, {{Emitter::literal(0.0f)}, false}, factor());
 }
 
-// A name, number, call or parenthesis with components or an index behind it.
+// A name, number, call or parenthesis, followed by components or an index.
 Value Compiler::part() {
   Value value;
   if (peek().kind == Token::Kind::kNumber) {
@@ -645,7 +647,7 @@ Value Compiler::call_builtin(const Token& name, const std::vector<Value>& argume
 
 std::size_t Compiler::compile(Program& program) {
   program_ = &program;
-  next();  // its kind
+  next();  // the program's kind
   std::size_t inputs = 0;
   for (const ProgramInput& input : program_inputs(program.kind)) {
     Symbol symbol{input.name, Symbol::Role::kLet, {}};

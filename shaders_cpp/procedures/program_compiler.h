@@ -14,8 +14,8 @@ namespace tessera::shaders::program_text {
 struct Token {
   enum class Kind : std::uint8_t { kName, kNumber, kText, kSymbol, kEnd };
   Kind kind = Kind::kEnd;
-  std::string_view text;  // of kText without its quotes
-  float value = 0;        // of kNumber
+  std::string_view text;  // without quotes for kText
+  float value = 0;        // for kNumber
   int line = 1, column = 1;
 };
 
@@ -31,7 +31,7 @@ std::string shown(const Token& token);
 // All tokens of a text of at most ProgramLimits::kSourceBytes; the last is kEnd. Views into `text`.
 std::vector<Token> split(std::string_view text);
 
-// One number of an expression: known while compiling, the same for all samples, or of a sample.
+// One number of an expression: known at compile time, the same for all samples, or different for each sample.
 struct Scalar {
   enum class Kind : std::uint8_t { kLiteral, kUniform, kVarying };
   Kind kind = Kind::kLiteral;
@@ -39,15 +39,15 @@ struct Scalar {
   int index = 0;    // kUniform: constant; kVarying: virtual register
 };
 
-// Collects the instructions of one program over virtual registers and makes the program of them. Literals are folded
-// with the evaluator itself, so that folding keeps bits; nothing else is merged or moved: a program costs what it says.
+// Collects the instructions of one program over virtual registers and makes the program from them. The evaluator itself
+// folds literals, so folding keeps bits. No other instructions are merged or moved: the text tells a program's cost.
 class Emitter {
  public:
   explicit Emitter(std::size_t inputs) : registers_(static_cast<int>(inputs)) {}
 
-  // Where instructions come from, for faults.
+  // Sets the origin of the next instructions, for faults.
   void set_place(const Token& token) { place_ = &token; }
-  // Inside a declaration of uniforms operations go to the setup; of numbers that vary they are refused there.
+  // In a declaration of uniforms operations go to the setup, and varying numbers are refused.
   void set_uniform(bool uniform) { uniform_ = uniform; }
   bool uniform() const { return uniform_; }
 
@@ -61,19 +61,19 @@ class Emitter {
   Scalar select_less(const Scalar& a, const Scalar& b, const Scalar& x, const Scalar& y) {
     return operate(Operation::kSelectLess, {a, b, x, y});
   }
-  // All operations but those of two forms; `plane` of kImage.
+  // All operations except the ones with two forms; `plane` is for kImage.
   Scalar operate(Operation operation, const std::vector<Scalar>& operands, int plane = 0);
   std::array<Scalar, 2> sine_cosine(const Scalar& turns);
 
-  // A number that is assigned to: a register of its own. The instruction since `mark` that made `initial` writes it, if
-  // there is one and nothing else uses it.
+  // A number that is assigned to, in a register of its own. If `initial` was made by an instruction since `mark` and
+  // is used nowhere else, that instruction writes the register.
   Scalar variable(const Scalar& initial, std::size_t mark);
-  // The value as it is now, whatever is assigned later.
+  // The current value, unaffected by later assignments.
   Scalar settled(const Scalar& value);
   std::size_t mark() const { return code_.size(); }
   void assign(const Scalar& variable, const Scalar& value, std::size_t mark);
 
-  // Instructions from here to the label of the same number run only where a uniform is positive.
+  // Instructions from here to put_label(label) run only where a uniform is positive.
   void skip_unless(const Scalar& condition, int label);
   int new_label() { return labels_++; }
   void put_label(int label);
@@ -83,7 +83,7 @@ class Emitter {
   void finish(std::span<const Scalar> result, Program& program);
 
  private:
-  // An instruction over virtual registers; label >= 0 with no operation is a place to skip to.
+  // An instruction over virtual registers. A label marks a place to skip to; kSkip names its label.
   struct Virtual {
     Operation operation = Operation::kConstant;
     int to = -1, a = -1, b = -1, c = -1, d = -1;
@@ -112,10 +112,10 @@ class Emitter {
   std::vector<Instruction> setup_;
   std::vector<float> constants_;
   std::map<std::uint32_t, int> literals_;  // constants by their bits
-  std::vector<bool> assigned_;             // of virtual registers: variables
+  std::vector<bool> assigned_;             // by virtual register: whether it is a variable
 };
 
-// The functions that every program has.
+// A call of a function that every program has.
 struct BuiltinCall {
   const Token& name;
   Emitter& emitter;
@@ -123,10 +123,10 @@ struct BuiltinCall {
   std::vector<std::vector<Scalar>> arguments;
 };
 
-// Functions of whole vectors; none where the name is not one of theirs.
+// Calls a function of whole vectors; empty if there is none of that name.
 std::optional<std::vector<Scalar>> call_on_vectors(const BuiltinCall& call);
 
-// Functions that work number by number.
+// A function that works number by number.
 using NumberFunction = std::function<Scalar(Emitter&, const std::vector<Scalar>&)>;
 std::optional<NumberFunction> number_function(const BuiltinCall& call);
 

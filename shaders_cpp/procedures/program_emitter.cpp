@@ -27,7 +27,7 @@ bool has_forms(Operation operation) {
   }
 }
 
-// Which operands of an instruction are registers that it reads: a, b, c, d.
+// Whether an instruction reads its operands a, b, c, d as registers.
 std::array<bool, 4> reads(Operation operation) {
   switch (operation) {
 #define TESSERA_PROGRAM_BINARY(name)    \
@@ -78,7 +78,7 @@ std::array<bool, 4> reads(Operation operation) {
 
 }  // namespace
 
-// Calls visit(register) for each that an instruction reads.
+// Calls visit(register) for each register that an instruction reads.
 template <class Visit>
 void Emitter::for_each_read(const Virtual& v, const Visit& visit) {
   if (v.is_label) return;
@@ -137,7 +137,8 @@ Scalar Emitter::push_setup(Operation operation, const std::vector<Scalar>& opera
   Instruction instruction{operation, 0, 0, 0, 0, 0, 0};
   std::uint8_t* const at[] = {&instruction.a, &instruction.b, &instruction.c, &instruction.d};
   for (std::size_t k = 0; k < operands.size(); ++k) {
-    if (operands[k].kind == Kind::kVarying) refuse(*place_, "a uniform cannot hang on what differs between samples");
+    if (operands[k].kind == Kind::kVarying)
+      refuse(*place_, "a uniform cannot depend on numbers that differ between samples");
     *at[k] = static_cast<std::uint8_t>(constant_of(operands[k]));
   }
   if (second >= 0) instruction.d = static_cast<std::uint8_t>(second);
@@ -224,7 +225,7 @@ Scalar Emitter::settled(const Scalar& value) {
 }
 
 void Emitter::assign(const Scalar& variable, const Scalar& value, std::size_t mark) {
-  // The instruction that made the value writes the variable at once, unless its old value is read later.
+  // The instruction that made the value writes the variable directly, unless the old value is read later.
   if (value.kind == Kind::kVarying) {
     for (std::size_t k = code_.size(); k > mark; --k) {
       Virtual& v = code_[k - 1];
@@ -287,7 +288,7 @@ void Emitter::remove_unused(std::span<const int> result) {
     if (!wanted) continue;
     kept.push_back(v);
     if (control) continue;
-    // A variable may have its value from before where this is skipped.
+    // A variable may keep its earlier value if this is skipped.
     if (!assigned_[static_cast<std::size_t>(v.to)]) live[static_cast<std::size_t>(v.to)] = false;
     for_each_read(v, [&](int r) { live[static_cast<std::size_t>(r)] = true; });
   }
@@ -295,17 +296,17 @@ void Emitter::remove_unused(std::span<const int> result) {
   code_ = std::move(kept);
 }
 
-// A product and the sum or difference that alone reads it become one instruction where the sum is, and so do two products
-// and their sum: fewer numbers on their way through the registers. Each operation still rounds, and counts, for itself;
-// addition and multiplication commute bit for bit. Nothing crosses a skip, where it would be counted more or less often.
+// Fuses a product and the only sum or difference that reads it into one instruction at the sum's place, and two products
+// with their sum: fewer numbers pass through the registers. Each operation still rounds, and counts, on its own; addition
+// and multiplication commute bit for bit. No product crosses a skip, where it would be counted more or less often.
 void Emitter::fuse_products(std::span<const int> result) {
   std::vector<int> uses(static_cast<std::size_t>(registers_)), made_at(uses.size(), -1);
   for (const int r : result) ++uses[static_cast<std::size_t>(r)];
   for (const Virtual& v : code_) for_each_read(v, [&](int r) { ++uses[static_cast<std::size_t>(r)]; });
   std::vector<bool> taken(code_.size());
   int block = 0;
-  // The product that made a register, if it may be computed later: nothing else reads it, and nobody assigns to what it
-  // reads.
+  // The product that made a register, if it may be computed later: no other instruction reads it, and its operands
+  // are not assigned in between.
   const auto product_of = [&](int r) -> Virtual* {
     const int at = r < 0 ? -1 : made_at[static_cast<std::size_t>(r)];
     if (at < block || uses[static_cast<std::size_t>(r)] != 1 || assigned_[static_cast<std::size_t>(r)]) return nullptr;
@@ -346,11 +347,11 @@ void Emitter::fuse_products(std::span<const int> result) {
   code_ = std::move(fused);
 }
 
-// Product `m` and the sum or difference `v` that reads it.
+// Joins product `m` and the sum or difference `v` that reads it.
 Emitter::Virtual Emitter::product_with(Virtual m, const Virtual& v) {
   const bool sum = v.operation <= Operation::kAddFrom;
   const int form = static_cast<int>(v.operation) - static_cast<int>(sum ? Operation::kAdd : Operation::kSubtract);
-  // 0: registers a and b; 1: b is a constant; 2: a is.
+  // 0: registers a and b; 1: b is a constant; 2: a is one.
   const bool first = form == 1 || (form == 0 && v.a == m.to);
   if (m.operation == Operation::kMultiplyFrom) std::swap(m.a, m.b), m.operation = Operation::kMultiplyC;
   const Operation base = sum     ? Operation::kMultiplyAdd
@@ -362,8 +363,8 @@ Emitter::Virtual Emitter::product_with(Virtual m, const Virtual& v) {
   return m;
 }
 
-// Linear scan: a virtual register holds its own from its first writing to its last reading in the order of the list,
-// which is also where it may be skipped to.
+// Linear scan: a virtual register keeps its register from its first write to its last read in the order of the list,
+// which is also the order of skips.
 void Emitter::allocate(std::span<const int> result, Program& program) {
   const auto none = static_cast<int>(code_.size());
   std::vector<int> last(static_cast<std::size_t>(registers_), -1);
@@ -419,12 +420,12 @@ void Emitter::allocate(std::span<const int> result, Program& program) {
     if (v.operation == Operation::kSkip) {
       skips.emplace_back(program.instructions.size(), v.label);
     } else if (v.operation == Operation::kSineCosine) {
-      take(v.to), take(v.d);  // before its operand is free: the two results are apart
+      take(v.to), take(v.d);  // before the operand is released: the two results must differ
       release(k);
       i.to = static_cast<std::uint8_t>(place[static_cast<std::size_t>(v.to)]);
       i.d = static_cast<std::uint8_t>(place[static_cast<std::size_t>(v.d)]);
     } else {
-      // An operand that is read here for the last time may give its register to the result.
+      // An operand that is read here for the last time may pass its register to the result.
       for (int& o : owner)
         if (o >= 0 && o != v.to && last[static_cast<std::size_t>(o)] <= k) o = -1;
       take(v.to);

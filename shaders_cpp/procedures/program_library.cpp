@@ -41,7 +41,7 @@ Numbers cross_of(const BuiltinCall& call, const Numbers& a, const Numbers& b) {
   return out;
 }
 
-// Coordinates that are given as numbers or as one vector.
+// Coordinates, given as numbers or as one vector.
 Numbers coordinates(const BuiltinCall& call) {
   Numbers out;
   for (const Numbers& n : call.arguments) out.insert(out.end(), n.begin(), n.end());
@@ -160,9 +160,8 @@ std::vector<LanguageRow> program_language() {
        "8 numbers, the control points (a, b) of one cubic of a chain. DEFAULT and range may be left out, the default "
        "then is required. Parameters come first."},
       {"fn NAME(a, b) { ... return VALUE; }", "declaration",
-       "A function of values of any type, or fn NAME(a, b) = VALUE; it may call those before it, and is copied to "
-       "where "
-       "it is called."},
+       "A function of values of any type, or fn NAME(a, b) = VALUE; it may call earlier functions, and is copied to "
+       "where it is called."},
       {"let NAME = VALUE;", "statement", "A value; `let NAME: vec3` checks its type."},
       {"var NAME = VALUE; NAME = VALUE;", "statement", "A value that may be assigned to."},
       {"uniform NAME = VALUE;", "statement",
@@ -173,7 +172,7 @@ std::vector<LanguageRow> program_language() {
            "Copies its body N times, at most {}, with K = 0, 1, ...; ends where the condition, if there is one, "
            "fails.",
            Limits::kRepetitions)},
-      {"+ - * /", "operator", "Number by number; a number goes with every vector. -x is 0 - x."},
+      {"+ - * /", "operator", "Number by number; a single number combines with every vector. -x is 0 - x."},
       {"x < y ? a : b, x > y ? a : b", "operator",
        "Selection: both are computed. In shapes bounds are tight only where one side is certain."},
       {"v.x, v.rgb, row[2]", "operator", "Components; indices must be known when the program is compiled."},
@@ -182,7 +181,7 @@ std::vector<LanguageRow> program_language() {
       {"smooth(x)", "function", "t t (3 - 2 t) with t = x limited to [0, 1]."},
       {"mix(x, y, t)", "function", "x + (y - x) t."},
       {"sincos(turns)", "function", "vec2 of sine and cosine; exact at whole quarter turns."},
-      {"dot(a, b), cross(a, b), length(a), normalize(a)", "function", "Of vectors."},
+      {"dot(a, b), cross(a, b), length(a), normalize(a)", "function", "Functions of vectors."},
       {"vec2(...), vec3(...), vec4(...)", "function", "The numbers of all arguments; one number fills the vector."},
       {"noise(x, y)", "function", "Gradient noise in the plane, in [-1, 1], of one lattice point per unit."},
       {"noise(x, y, z)", "function", "Textures: smooth value noise in space, in [-1, 1]."},

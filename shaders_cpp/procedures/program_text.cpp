@@ -11,7 +11,7 @@ namespace {
 bool starts_name(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
-// Reads a text from its beginning, knowing the place.
+// Reads a text from its beginning and tracks the position.
 class Splitter {
  public:
   explicit Splitter(std::string_view text) : text_(text) {}

@@ -9,8 +9,8 @@
 
 namespace tessera::shaders {
 
-// What procedures ask of their scalar type besides base/real.h, for float and double. SIMD lanes have the same
-// operations in procedures-inl.h with the same bits as float; intervals in frontend/bounds/enclosure_functions.h.
+// Functions that procedures need of a scalar type besides base/real.h, for float and double. SIMD lanes have them in
+// procedures-inl.h with the same bits as float, intervals in frontend/bounds/enclosure_functions.h.
 
 // Gradients of the noise at lattice points: two numbers in [-1, 1) from the halves of a hash.
 struct LatticeGradient {

@@ -46,7 +46,7 @@ double psnr_of(const Bytes& a, const Bytes& b, bool alpha) {
   return sum == 0 ? 99 : 10 * std::log10(255.0 * 255.0 * count / sum);
 }
 
-// What libastcenc makes of blocks, with a decoder of its own.
+// Decodes the blocks with libastcenc, whose decoder is independent.
 Bytes by_libastcenc(const BasisLevel& level, int side, bool srgb, const Bytes& blocks) {
   astcenc_config config{};
   EXPECT_EQ(
@@ -88,7 +88,7 @@ Bytes decoded(BlockFormat format, bool srgb, bool alpha, const BasisLevel& level
 }
 
 // BE1, BE3. The twins: with each block at the address of the next one, or by the other transfer function.
-TEST(BlockEncoder, TexelsAreThoseOfTheBlocks) {
+TEST(BlockEncoder, TexelsEqualTheDecodedBlocks) {
   for (const BlockFormat format : kFormats) {
     int others = 0;
     for (const bool srgb : {false, true}) {
@@ -132,7 +132,7 @@ TEST(BlockEncoder, AnyNumberOfThreadsMakesTheSameBlocks) {
 }
 
 // An encoder that was used before leaves no trace.
-RC_GTEST_PROP(BlockEncoderProperty, LevelsAreEncodedEachForItself, (std::uint32_t seed)) {
+RC_GTEST_PROP(BlockEncoderProperty, EachLevelIsEncodedAlone, (std::uint32_t seed)) {
   const BlockFormat format = kFormats[seed % std::size(kFormats)];
   const int width = 1 + static_cast<int>(seed / 7 % 30), height = 1 + static_cast<int>(seed / 210 % 30);
   const bool alpha = seed % 2 == 0;
@@ -173,8 +173,8 @@ TEST(BlockEncoder, ChannelsOfTheirOwnAreSearchedThoroughly) {
   EXPECT_LT(decibels(true), 40);
 }
 
-TEST(BlockEncoder, KeepsWhatItsBitsAllow) {
-  // Decibels: what was measured, less one.
+TEST(BlockEncoder, KeepsTheQualityThatItsBitsAllow) {
+  // Least PSNR in decibels: the measured value less one.
   struct Floor {
     BlockFormat format;
     double gradient, noise;

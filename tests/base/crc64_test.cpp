@@ -11,12 +11,12 @@ std::uint64_t crc_of(std::string_view text) {
 }
 
 // Published check value of CRC-64/XZ.
-TEST(Crc64, IsThatOfXz) {
+TEST(Crc64, EqualsTheCrcOfXz) {
   EXPECT_EQ(crc_of("123456789"), 0x995DC9BBDF1939FAu);
   EXPECT_EQ(crc_of(""), 0u);
 }
 
-TEST(Crc64, PartsGiveWhatTheWholeGives) {
+TEST(Crc64, PartsEqualTheWhole) {
   const std::string_view text = "tiles whose inputs are those of the frame before are not rendered";
   for (std::size_t cut = 0; cut <= text.size(); ++cut) {
     Crc64 crc;

@@ -44,7 +44,7 @@ TEST(ExrFile, WritingIsDeterministic) {
   EXPECT_EQ(test::read_text(folder / "a.exr"), test::read_text(folder / "b.exr"));
 }
 
-TEST(ExrFile, WhatIsNotAnExrIsRefused) {
+TEST(ExrFile, OtherFilesAreRefused) {
   const test::TemporaryFolder folder;
   test::write_text(folder / "a.exr", "no image");
   EXPECT_THROW(read_exr(folder / "a.exr"), InputError);
@@ -91,7 +91,7 @@ TEST(ExrFile, AnAttributeOfAnotherLengthThanItsTypeIsRefusedBeforeOpenExrReadsIt
   early[early.find("chlist") + 11] = '\0';
   test::write_text(file, early);
   EXPECT_THROW(read_exr(file), InputError);
-  // An attribute that nobody knows and that promises two gigabytes.
+  // An attribute of an unknown type that promises two gigabytes.
   std::string bad = good;
   bad.replace(bad.find("box2i"), 5, "boxxx");
   bad.replace(bad.find("boxxx") + 6, 4, std::string("\xFF\xFF\xFF\x7F"));

@@ -128,7 +128,7 @@ class PngFile {
     return static_cast<std::uint16_t>(at[0] >> (8 - bit % 8 - static_cast<std::size_t>(kind_.depth)) &
                                       ((1 << kind_.depth) - 1));
   }
-  // By the specification: sections 12.5 and 13.12 widen, 11.3.2 says what is transparent.
+  // Follows the PNG specification: sections 12.5 and 13.12 widen samples, 11.3.2 defines transparent pixels.
   std::vector<int> pixel(int x, int y) const {
     const int largest = kind_.depth == 16 ? 65535 : 255;
     if (palette()) {

@@ -25,7 +25,7 @@ TEST(Psnr, IsMinusTwentyLogOfAUniformDifference) {
   EXPECT_TRUE(std::isinf(psnr(noisy(9, 9, 1), noisy(9, 9, 1))));
 }
 
-TEST(Psnr, OfIndependentUniformNoiseIsThatOfASixthOfMeanSquareError) {
+TEST(Psnr, IndependentUniformNoiseHasAMeanSquareErrorOfASixth) {
   // E (a-b)^2 = 1/6 for independent uniform numbers: 7.78 dB, to the spread of 30 000 squares.
   EXPECT_NEAR(psnr(noisy(100, 100, 11), noisy(100, 100, 12)), 10 * std::log10(6.0), 0.1);
 }
@@ -97,7 +97,7 @@ TEST(Flip, OfEqualImagesIsZero) { EXPECT_EQ(mean_value(flip_map(noisy(24, 24, 1)
 
 TEST(Flip, OfBlackAndWhiteFollowsTheColourPipelineAlone) {
   // Flat images have no features and survive the filters; the error is the redistributed HyAB distance of L = 0 and
-  // 100 to the power 0.7 (published constants), with the largest distance that of green and blue.
+  // 100 to the power 0.7 (published constants). The largest distance is the one between green and blue.
   const double distance = std::pow(100.0, 0.7);
   // Hunt-adjusted CIELAB of linear green and blue, by hand from the CIE formulas.
   const auto lab = [](double x, double y, double z) {
@@ -159,7 +159,7 @@ TEST(Flip, AnEdgeThatDisappearsCountsMoreThanItsColourAlone) {
   EXPECT_GT(beside, 1.1f * map.at(4, 16)[0]);
 }
 
-// The whole of the figures is made of those of the parts; what is not covered changes none of them.
+// The figures of the whole follow from the figures of the parts; uncovered pixels change none of them.
 TEST(CoveredPixels, AloneCount) {
   const Image a = noisy(24, 16, 21), b = noisy(24, 16, 22), flip = flip_map(a, b);
   Image left(24, 16, 1), right(24, 16, 1), one(24, 16, 1);

@@ -16,8 +16,8 @@ using Bytes = std::vector<std::uint8_t>;
 
 // ---- Images and their files -----------------------------------------------------------------------------------
 
-// Channels rise linearly along x and y, by less than two steps a pixel: what halved chroma planes give back between
-// their samples.
+// Channels rise linearly along x and y, by less than two steps a pixel: halved chroma planes give such values back
+// between their samples.
 std::uint8_t ramp(int x, int y, int c) {
   return static_cast<std::uint8_t>(c == 0 ? 20 + x + y : c == 1 ? 230 - 2 * x : c == 2 ? 60 + 2 * y : 255 - x);
 }
@@ -128,7 +128,7 @@ TEST(JpegDecoder, AnotherImageIsNotWithinQuantisation) {  // the twin of the law
   }
 }
 
-TEST(JpegDecoder, ReadsWhatAnotherEncoderWrote) {  // stb's
+TEST(JpegDecoder, ReadsFilesOfAnotherEncoder) {  // stb's
   for (const int channels : {1, 3}) {
     const Image8 image = ramps(40, 24, channels);
     const std::string text = captures::encode_jpeg(image, 100);
@@ -175,7 +175,7 @@ TEST(JpegDecoder, TheBitsAreTheSameWithoutSimd) {
 
 // ---- Four channels ----------------------------------------------------------------------------------------------
 
-// What cyan, magenta, yellow and black (as stored) let through of red, green and blue.
+// RGB of cyan, magenta, yellow and black as stored; `inverted`: 255 is no ink.
 Image8 seen(const Image8& inks, bool inverted) {
   Image8 rgb(inks.width, inks.height, 3);
   for (int y = 0; y < inks.height; ++y)
@@ -210,7 +210,8 @@ TEST(JpegDecoder, InksThatAreStoredAsTheyAreAreKnownByTheMarker) {
   const std::size_t transform = segment_end(bytes, segment(bytes, kApp14)) - 1;
   ASSERT_EQ(bytes[transform], 2);
   bytes[transform] = 0;
-  // As stored: what YCCK has for this grey. Its luminance is that of the inverted inks.
+  // With this transform the stored YCCK values count as inks: Y is the luminance of the inverted inks, the chroma is
+  // 128.
   for (int y = 0; y < 16; ++y)
     for (int x = 0; x < 16; ++x) inks.at(x, y)[0] = 255 - 90, inks.at(x, y)[1] = inks.at(x, y)[2] = 128;
   const Answer adobe = decode(bytes);
@@ -223,7 +224,7 @@ TEST(JpegDecoder, InksThatAreStoredAsTheyAreAreKnownByTheMarker) {
   EXPECT_LE(greatest_difference(plain.image, seen(inks, false)), 3);
 }
 
-TEST(JpegDecoder, WhatFourChannelsTakeIsCharged) {
+TEST(JpegDecoder, MemoryOfFourChannelsIsCharged) {
   DecodedImage image;
   std::string fault;
   std::uint64_t charged = 0;
@@ -246,7 +247,7 @@ TEST(JpegDecoder, EveryTruncatedFileIsRefused) {
 }
 
 // libjpeg would warn of these and make up the pixels.
-TEST(JpegDecoder, WhatTheLibraryWouldOnlyWarnOfIsRefused) {
+TEST(JpegDecoder, WarningsOfTheLibraryAreRefused) {
   const Bytes sound = encode(ramps(64, 33, 3), TJSAMP_420, 90);
   const auto data = static_cast<std::ptrdiff_t>(segment_end(sound, segment(sound, kScan)));
   ASSERT_TRUE(decode(sound).accepted);
@@ -318,7 +319,7 @@ TEST(JpegDecoder, TablesThatAreMissingOrDoNotFitAreRefused) {
   }
 }
 
-TEST(JpegDecoder, CodeTablesThatAreLeftOutAreThoseOfTheStandard) {  // as in Motion JPEG; the encoder writes just these
+TEST(JpegDecoder, MissingCodeTablesAreTheStandards) {  // as in Motion JPEG; the encoder writes just these
   const Bytes sound = encode(ramps(40, 24, 3), TJSAMP_444, 90);
   Bytes bare = sound;
   for (int table = 0; table < 4; ++table) remove_segment(bare, segment(bare, kHuffman));
@@ -352,7 +353,7 @@ TEST(JpegDecoder, AnImageBeyondTheLimitsIsRefusedBeforeAnythingIsAllocated) {
   }
 }
 
-TEST(JpegDecoder, WhatUnpackingTakesIsChargedBeforeItIsAllocated) {
+TEST(JpegDecoder, UnpackingIsChargedBeforeItAllocates) {
   for (const Kind& kind : kKinds) {
     const Bytes bytes = encode(ramps(100, 70, kind.channels), kind.subsampling, 90, kind.flags);
     DecodedImage image;

@@ -88,7 +88,7 @@ TEST(KeyTable, ATextIsAnyTextOfAtMost4096Bytes) {
   EXPECT_FALSE(row.contains("choices"));
 }
 
-TEST(KeyTable, MessagesSayWhatIsAllowed) {
+TEST(KeyTable, MessagesNameTheAllowedValues) {
   Thing thing;
   try {
     set(thing, "a.word", "three");

@@ -1,5 +1,5 @@
 // KTX2 textures as a whole. tests/base/data has files that Basis Universal's encoder wrote from generated images, and
-// what its transcoder makes of them; tests/README.md says how.
+// the output of its transcoder for them; tests/README.md says how both were made.
 #include <rapidcheck/gtest.h>
 
 #include "base/error.h"
@@ -107,7 +107,7 @@ TEST(Ktx2, UastcBecomesTheAstcBlocksOfTheReferenceTranscoder) {
 
 TEST(Ktx2, EveryModeOfUastcOccursInTheFiles) {
   const Bytes file = file_bytes("uastc_modes");
-  std::set<std::string> kinds;  // what tells modes apart once they are read
+  std::set<std::string> kinds;  // fields that differ between modes after parsing
   for (std::size_t at = file.size() - 19 * 32 * 16; at < file.size(); at += 16) {
     AstcBytes bytes;
     std::copy_n(file.begin() + static_cast<std::ptrdiff_t>(at), 16, bytes.begin());
@@ -122,7 +122,7 @@ TEST(Ktx2, EveryModeOfUastcOccursInTheFiles) {
   EXPECT_EQ(kinds.size(), 18u);  // 4 and 7 differ in their patterns alone
 }
 
-// What the blocks in memory say, decoded one by one.
+// Decodes the blocks in memory one by one.
 std::vector<std::uint8_t> texels_of_blocks(const BasisTexture& texture, const BasisLevel& level) {
   std::vector<std::uint8_t> texels(level.texels.size());
   const int columns = (level.width + 3) / 4;
@@ -141,7 +141,7 @@ std::vector<std::uint8_t> texels_of_blocks(const BasisTexture& texture, const Ba
   return texels;
 }
 
-TEST(Ktx2, TexelsAreWhatTheBlocksDecodeTo) {  // KT2
+TEST(Ktx2, TexelsEqualTheDecodedBlocks) {  // KT2
   for (const Expected& file : expected_files()) {
     const BasisTexture texture = texture_of(file.name, BasisTarget::kAstc4x4);
     EXPECT_EQ(texture.block_bytes, 16u);
@@ -188,7 +188,7 @@ TEST(Ktx2, BlocksAreFortyDecibelsFromRgbaUnlessTheImageIsNoise) {
         << file.name;
 }
 
-TEST(Ktx2, TheHeadSaysWhatTheTextureIs) {
+TEST(Ktx2, TheHeadDescribesTheTexture) {
   Ktx2Header header;
   std::string fault;
   ASSERT_TRUE(read_ktx2_header(file_bytes("etc1s_cloud_mips_32x20"), {}, header, fault)) << fault;
@@ -213,7 +213,7 @@ TEST(Ktx2, TextureDoesNotDependOnTheNumberOfThreads) {  // KT4
       EXPECT_EQ(hash_of(many, &BasisLevel::texels), hash_of(alone, &BasisLevel::texels));
       EXPECT_EQ(hash_of(many, &BasisLevel::blocks), hash_of(alone, &BasisLevel::blocks));
     }
-  // Its twin: what does depend on something is told apart.
+  // Its twin: outputs that depend on the target do differ.
   EXPECT_NE(hash_of(texture_of("uastc_disc_32", BasisTarget::kRgba32), &BasisLevel::texels),
             hash_of(texture_of("uastc_disc_32", BasisTarget::kAstc4x4), &BasisLevel::texels));
 }
@@ -231,7 +231,7 @@ TEST(Ktx2, EveryTruncatedFileIsRefused) {
   }
 }
 
-// Decodes bytes of which nothing is known and checks what KT3 says.
+// Decodes arbitrary bytes and checks KT3.
 void expect_within_charge(const Bytes& file, BasisTarget target) {
   constexpr std::int64_t kSlack = 1 << 20;  // of messages, threads and of the test
   const ImageLimits limits{.max_side = 256, .max_pixels = 1 << 15};
@@ -275,7 +275,7 @@ RC_GTEST_PROP(Ktx2, AnyBytesBehindASoundHeadAreAnswered, (std::uint32_t seed)) {
   expect_within_charge(file, kTargets[seed % 2]);
 }
 
-TEST(Ktx2, TheChargeIsNoMoreThanTwiceWhatIsTaken) {  // the twin of KT3: a charge that is any number would hold, too
+TEST(Ktx2, TheChargeIsAtMostTwiceTheAllocation) {  // the twin of KT3: a charge that is any number would hold, too
   const Bytes file = file_bytes("uastc_disc_mips_64");
   for (const BasisTarget target : kTargets) {
     const Answer answer = decode(file, target);

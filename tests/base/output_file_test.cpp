@@ -23,7 +23,7 @@ void write_output(const fs::path& target, std::string_view bytes) {
   file.commit();
 }
 
-// What the refusal says, or "" when there is none.
+// Message of the refusal, or "" without one.
 std::string refusal(const std::function<void()>& check) {
   try {
     check();
@@ -67,7 +67,7 @@ TEST(AtomicFile, ReplacesNothingButARegularFile) {
   EXPECT_TRUE(fs::is_fifo(folder / "fifo"));
   EXPECT_TRUE(fs::is_socket(folder / "socket"));
   EXPECT_TRUE(fs::is_symlink(folder / "a"));
-  // What comes to be there while the file is written stays as well.
+  // A fifo that appears at the path while the file is written stays as well.
   AtomicFile file(folder / "late");
   file.write("x");
   ASSERT_EQ(::mkfifo((folder / "late").c_str(), 0600), 0);
@@ -92,7 +92,7 @@ TEST(AtomicFile, ASymlinkStaysAndTheFileAtItsEndIsReplaced) {
 }
 
 // Invariant O1.
-TEST(OutputFile, RefusesWhatIsNeitherAFileNorAStreamAndMakesNothing) {
+TEST(OutputFile, RefusesOtherFileTypesAndMakesNothing) {
   const test::TemporaryFolder folder;
   make_socket(folder / "socket");
   fs::create_directory(folder / "folder");

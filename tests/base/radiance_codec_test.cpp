@@ -1,4 +1,4 @@
-// Images of radiance in memory: what their bytes mean, and what no such bytes are.
+// Images of radiance in memory: the meaning of their bytes, and refusals of other bytes.
 #include "base/radiance_codec.h"
 #include "base/error.h"
 #include "base/exr_file.h"
@@ -92,7 +92,7 @@ TEST(RadianceCodec, RowsMayComeFromTheBottom) {
   EXPECT_EQ(decoded(head(1, 2, "+") + pixels).at(0, 0)[0], 1.5f);
 }
 
-TEST(RadianceCodec, ExrBytesAreThoseOfTheFile) {
+TEST(RadianceCodec, ExrBytesEqualTheFiles) {
   const test::TemporaryFolder folder;
   const Image image = steps(12, 6);
   std::vector<ExrChannel> channels;

@@ -21,7 +21,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace tessera::HWY_NAMESPACE {
 
-// Of the first lane.
+// Writes the first lane's real_min and real_max.
 void LeastAndLargest(float a, float b, float* out) {
   float lanes[hn::MaxLanes(FloatLanes::D())];
   real_min(FloatLanes(a), FloatLanes(b)).store(lanes);

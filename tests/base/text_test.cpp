@@ -64,7 +64,7 @@ TEST(Text, EditDistanceUpToABoundIsTheWholeTablesDistanceOrOneMoreThanTheBound) 
   EXPECT_GT(beyond, 1000u);
 }
 
-TEST(Text, NearestNameIsWhatComparingWithEveryCandidateGives) {
+TEST(Text, NearestNameEqualsASearchOfAllCandidates) {
   test::Random random(2);
   std::size_t found = 0, none = 0;
   for (int n = 0; n < 3000; ++n) {

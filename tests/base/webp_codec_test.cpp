@@ -108,7 +108,7 @@ TEST(WebpCodec, SizesBeyondTheLimitsAreRefusedBeforePixelsAreAllocated) {
   EXPECT_TRUE(decode_image(bytes_of(webp), {.max_side = 40, .max_pixels = 1200}, image, fault));
 }
 
-TEST(WebpCodec, ChargesAtLeastWhatDecodingHasOnTheHeapAtOnce) {
+TEST(WebpCodec, ChargesAtLeastThePeakHeapOfDecoding) {
   for (const bool lossless : {true, false})
     for (const int channels : {3, 4})
       for (const auto& [width, height] : {std::pair{16, 16}, {500, 40}, {40, 500}, {300, 300}})
@@ -125,7 +125,7 @@ TEST(WebpCodec, ChargesAtLeastWhatDecodingHasOnTheHeapAtOnce) {
         }
 }
 
-TEST(WebpCodec, SidesBeyondWhatTheFormatHasCannotBeWritten) {
+TEST(WebpCodec, SidesBeyondTheFormatsLimitCannotBeWritten) {
   EXPECT_THROW(encode_webp(Image8(16384, 1, 3), 80, false), SystemError);
 }
 

@@ -1,4 +1,4 @@
-// What a machine that bins triangles writes: strips, references, lists; and the cache that all baselines share.
+// Data that a machine with triangle bins writes: strips, references, lists; and the cache that all baselines share.
 #include <list>
 
 #include "baselines/block_code.h"
@@ -72,7 +72,7 @@ TEST(StripCode, DecodesAnyTrianglesDegenerateOnesToo) {
   }
 }
 
-TEST(StripCode, AWholeGroupTakesWhatTheHeaderSays) {
+TEST(StripCode, AWholeGroupTakesTheBytesOfTheHeader) {
   // 7x7 cells: each row begins with three vertices; along the first row all are new, later one of each cell's two
   // further ones is old.
   Random random(3);

@@ -43,7 +43,7 @@ inline std::vector<baselines::BlockTriangle> decode_strip_bits(std::span<const s
   return out;
 }
 
-// Indices of a block that are grids.
+// The grids of indices of a block.
 inline std::vector<baselines::BlockTriangle> decode_grid_bytes(std::span<const std::uint8_t> bytes, std::size_t count) {
   std::vector<baselines::BlockTriangle> out;
   std::size_t at = 0, next = 0;
@@ -84,7 +84,7 @@ inline std::uint64_t decode_number(std::span<const std::uint8_t> bytes, std::siz
     if (b < 128) return value;
   }
 }
-// Places of the vertices of a block; nothing: the block's own.
+// Places of the vertices of a block; without a value the vertices are the block's own.
 inline std::vector<std::optional<baselines::VertexPlace>> decode_place_bits(std::span<const std::uint8_t> bytes,
                                                                             std::size_t count, std::uint64_t address,
                                                                             std::size_t& bytes_taken) {
@@ -118,7 +118,7 @@ inline std::int64_t decode_signed(std::span<const std::uint8_t> bytes, std::size
 struct DecodedReference {
   std::uint64_t address = 0;
   std::bitset<baselines::kBlockTriangles> triangles;
-  std::size_t bytes = 0;  // that it takes
+  std::size_t bytes = 0;  // of its code
 };
 
 // A set of triangles out of `count`, at the beginning of `bytes`; `taken`: bytes.

@@ -53,8 +53,8 @@ Placed placed(const TessellatedPatch& patch, const std::array<std::uint32_t, 3>&
   return out;
 }
 
-// Points of triangles that fall into tiles which their lists lack, and front sides that were culled; `seen_through` is
-// what the points are placed with.
+// Counts points of triangles in tiles whose lists lack the triangle, points of culled front sides included. The
+// points are placed with the projection `seen_through`.
 int missed(const TessellatedPatch& patch, const TriangleSetup& setup, const binner::TileGrid& grid,
            const scene::Projection& seen_through, Random& random) {
   BaselineCounters counters;
@@ -146,7 +146,7 @@ TEST(TriangleSetup, StillTrianglesAreInExactlyTheTilesThatTheyMeet) {
   }
 }
 
-TEST(TriangleSetup, CountsWhatEachTestDrops) {  // TS2
+TEST(TriangleSetup, CountsTheTrianglesThatEachTestDrops) {  // TS2
   const binner::TileGrid grid(64, 64, 32, 32);
   scene::Projection p = projection(0);
   p.far = 5;
@@ -243,7 +243,7 @@ BlockVertices decode_vertices(std::span<const std::uint8_t> memory, std::uint64_
   return out;
 }
 
-// Reads back what is in memory, with the decoders of the test.
+// Decodes the parameter buffer with the decoders of the test.
 Decoded decode(const PostTessellationBinner& post, binner::TileIndex tile_count,
                VertexStorage storage = VertexStorage::kEachBlock, std::uint64_t attribute_bytes = 20) {
   Decoded out;
@@ -409,7 +409,7 @@ TEST(VertexLayout, HalfPrecisionSaves18Of52BytesOfAVertex) {
   }
 }
 
-TEST(VertexLayout, AVertexHandsOverWhatItsMaterialReads) {
+TEST(VertexLayout, AVertexHandsOverItsMaterialsInputs) {
   scene::Primitive primitive;
   scene::Material material;
   EXPECT_EQ(frontend::vertex_components(primitive, material), 6u) << "a point and a normal";
@@ -475,7 +475,7 @@ TEST(PostTessellationTwin, ATriangleForgottenInOneTileIsCaught) {
 }
 
 // One cell, one tile, bursts of 64 bytes; everything from the description of the formats.
-TEST(PostTessellation, BytesOfATinySceneAreThoseOfTheFormats) {
+TEST(PostTessellation, BytesOfATinySceneFollowTheFormats) {
   const binner::TileGrid grid(32, 32, 32, 32);
   const scene::Projection p = projection(0);
   for (const bool moving : {false, true}) {
@@ -530,8 +530,8 @@ TEST(PostTessellation, TrianglesOverPatchRecordsAre4And13And48And181Times) {
   for (const auto& [factor, times] : expected) {
     const TessellatedPatch patch = flat_grid(factor, 1, 1, 128);
     EXPECT_EQ(patch.domain_evaluations * kVertexBytes / 192, times);
-    // What is stored is that and the copies at the borders of blocks: vertices of groups of 7 cells a side, of which
-    // some share a block.
+    // The buffer holds these vertices and the copies at the borders of blocks: vertices of groups of 7 cells a side;
+    // some groups share a block.
     const scene::Projection p = projection(0);
     PostTessellationBinner binner({}, binner::TileGrid(130, 130, 32, 32), p);
     bin(binner, {patch});

@@ -1,4 +1,5 @@
-// Mesh-shader machines and the compute tessellator: what they cut, drop, store and read, by their formats' descriptions.
+// Mesh-shader machines and the compute tessellator: their meshlets, culling, stores and reads, by the descriptions of
+// their formats.
 #include "baselines/mesh_shader.h"
 
 #include "baselines/tessellated_in_memory.h"
@@ -202,7 +203,7 @@ Drawn draw(MeshletBinner& binner, MeshStorage storage, const binner::TileGrid& g
   return out;
 }
 
-// From memory alone but for what a record's place in memory says: its meshlet's number.
+// Decodes tiles from memory alone; only the address of a record comes from its meshlet's number.
 Tiles decoded(const MeshletBinner& binner, MeshStorage storage, const binner::TileGrid& grid,
               const std::vector<bool>& moving) {
   const std::span<const std::uint8_t> memory = binner.buffer().memory();
@@ -285,7 +286,7 @@ TEST(MeshShader, RecordsAreAsLargeAsPublished) {
 }
 
 // One patch of 49 cells in one tile, bursts of 64 bytes; attributes of 20 bytes.
-TEST(MeshShader, BytesOfATinySceneAreThoseOfTheFormats) {
+TEST(MeshShader, BytesOfATinySceneFollowTheFormats) {
   const binner::TileGrid grid(200, 200, 200, 200);
   const TessellatedPatch patch = numbered_grid(7, 4, 4, 100);
   for (const MeshStorage storage : {MeshStorage::kRing, MeshStorage::kCompact}) {
@@ -298,8 +299,8 @@ TEST(MeshShader, BytesOfATinySceneAreThoseOfTheFormats) {
     EXPECT_EQ(c.entries, 1u);
     // Reference: meshlet 0, "all"; its end; the list's cursor, a byte of bits.
     EXPECT_EQ(c.queue_bytes_written, record + 2 + 1 + 8 + 1);
-    // To bin: 16 bursts of positions, 98 * 16 bytes of indices. In the tile all but what no triangle has: in the ring 26
-    // triangles (of 98 * 16 bytes the last burst is half full).
+    // To bin: 16 bursts of positions, 98 * 16 bytes of indices. In the tile everything but unused room: in the ring
+    // 26 triangles (of 98 * 16 bytes the last burst is half full).
     const std::uint64_t bin = ring ? 64 * (16 + 25) : 0, bursts = ring ? 64 * 48 / 64 + 25 : (record + 63) / 64;
     EXPECT_EQ(binner.read_to_bin_bytes(), bin);
     EXPECT_EQ(binner.copy_instructions(), ring ? 64u * 8 : 0u);
@@ -383,7 +384,7 @@ std::uint32_t word_of(std::span<const std::uint8_t> bytes, std::size_t at) {
          static_cast<std::uint32_t>(bytes[at + 3]) << 24;
 }
 
-TEST(TessellatedInMemory, CT1PointsAndIndicesAreThoseOfThePatch) {
+TEST(TessellatedInMemory, CT1PointsAndIndicesEqualThePatchs) {
   const TessellatedPatch patch = numbered_grid(4, 4, 4, 100);
   const std::vector<std::uint8_t> block = encode_tessellation(patch);
   ASSERT_EQ(block.size(), 25u * 8 + 32 * 3 * 4);
@@ -422,7 +423,7 @@ TEST(TessellatedInMemory, ABlockIsWrittenOnceAndReadTwice) {
 }
 
 // A tile that holds a part of a patch reads the indices and points of that part; without a cache each tile again.
-TEST(TessellatedInMemory, TilesReadWhatTheyShade) {
+TEST(TessellatedInMemory, TilesReadTheVerticesThatTheyShade) {
   const binner::TileGrid grid(kWidth, kHeight, 32, 32);
   const scene::Projection p = projection(0);
   const TriangleSetup setup(grid, p);

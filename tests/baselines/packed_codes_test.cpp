@@ -1,4 +1,5 @@
-// Grids of indices, places of vertices and compressed colours: back to what they were made of, and how small they are.
+// Grids of indices, places of vertices and compressed colours: decoding gives back the input, and the codes are
+// small.
 #include "baselines/block_code.h"
 #include "baselines/compressed_color.h"
 #include "memory/lru_cache.h"
@@ -183,7 +184,7 @@ TEST(CompressedColor, AConstantBlockTakesOneBurstAndMetadataOneInSixtyFour) {
   for (const std::uint32_t color : memory.colors()) EXPECT_EQ(color, red[0]);
 }
 
-TEST(CompressedColor, WhatBlendsIsMixed) {
+TEST(CompressedColor, BlendedColorsAreMixed) {
   CompressedColorMemory memory(1 << 20, kBurst, layout());
   const std::vector<std::uint32_t> colors = {0xFF0000FF, 0x8000FF00};
   memory.draw({0, true, false, 0, 1}, std::vector<ColorWrite>{{0x1, 0}}, colors);
@@ -193,7 +194,7 @@ TEST(CompressedColor, WhatBlendsIsMixed) {
   EXPECT_EQ(memory.colors()[1], 0u);
 }
 
-// An obvious machine: a list of what is on chip, and blocks compressed by the real encoder and kept.
+// A naive machine: LRU caches of the lines on chip, and blocks stored as the real encoder compressed them.
 struct PlainMachine {
   explicit PlainMachine(std::uint64_t capacity) : chip(capacity - capacity / 16), metadata(capacity / 16) {}
   memory::LruCache chip, metadata;
@@ -247,7 +248,7 @@ struct PlainMachine {
   }
 };
 
-TEST(CompressedColor, CC1CC2WhatIsReadWasWrittenAndDecodesToTheColorsThatLeft) {
+TEST(CompressedColor, CC1CC2ReadBytesWereWrittenAndDecodeToTheColorsThatLeft) {
   for (const std::uint64_t capacity : {std::uint64_t{0}, std::uint64_t{2048}, std::uint64_t{16384}}) {
     Random random(4);
     CompressedColorMemory memory(capacity, kBurst, layout());

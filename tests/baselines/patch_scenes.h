@@ -3,7 +3,7 @@
 #include "baselines/triangle_setup.h"
 #include "tests/support/tests.h"
 
-// Patches as a domain shader leaves them, and their triangles as sets that a decoder's can be compared with.
+// Patches as a domain shader leaves them, and their triangles as sets, for comparison with decoded triangles.
 namespace tessera::test {
 
 using baselines::BaselineCounters;
@@ -111,7 +111,7 @@ inline std::vector<TessellatedPatch> mixed_scene(std::uint32_t seed) {
   std::vector<TessellatedPatch> scene = {flat_grid(20, 5, 5, 120), flat_grid(3, 60, 20, 70),
                                          scattered({40, false, true, 20}, random),
                                          scattered({40, true, false, 8}, random), flat_grid(1, 10, 90, 30)};
-  // A grid that moves and of which a part lies outside.
+  // A moving grid, partly outside of the view.
   scene.push_back(flat_grid(9, 150, 60, 80));
   TessellatedPatch& moving = scene.back();
   moving.moving = true;
@@ -166,13 +166,14 @@ inline std::vector<TessellatedPatch> indexed_mesh(int n, float x0, float y0, flo
 
 struct Binned {
   BaselineCounters setup;
-  std::map<binner::TileIndex, std::set<std::array<std::uint64_t, 2>>> vertices;  // patch and vertex that a tile needs
+  std::map<binner::TileIndex, std::set<std::array<std::uint64_t, 2>>>
+      vertices;  // patches and vertices that a tile needs
   std::map<binner::TileIndex, std::multiset<Triangle>> expected;
-  // Vertices of triangles in view, each once for its draw: by state and number there, or by patch and vertex.
+  // Vertices of triangles in view, each once for its draw: by state and number in it, or by patch and vertex.
   std::set<std::array<std::uint64_t, 3>> draw_vertices;
 };
 
-// Sets every patch up and hands it on; what tiles are expected to hold.
+// Sets up every patch and calls `add` with it; returns the expected contents of tiles.
 template <class Add>
 Binned bin(const baselines::TriangleSetup& setup, const std::vector<TessellatedPatch>& scene, const Add& add) {
   Binned out;

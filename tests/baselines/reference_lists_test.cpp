@@ -1,4 +1,4 @@
-// Machines whose lists hold references: decoded back to triangles, and what shading them again takes.
+// Machines whose lists hold references: lists decoded back to triangles, and the cost of shading them again.
 #include <list>
 
 #include "baselines/control_list.h"
@@ -255,7 +255,8 @@ TEST(DeferredVertex, AGridThatOneTileHoldsTakesTwoOrThreeBytesAGroup) {
     BaselineCounters counters;
     binner.add(patch, setup.run(patch, counters));
     binner.finish();
-    // Patch 9, all of its triangles; with several groups also which, and "the same patch" for those that follow.
+    // An entry names patch 9 and all of its triangles; with several groups it also names the group, and later entries
+    // say "the same patch".
     const std::size_t bytes = n == 7 ? 2 : 4 * 3;
     EXPECT_EQ(list_of(binner.lists(), 0).size(), bytes);
     EXPECT_EQ(binner.lists().counters().queue_bytes_written, 1 + 8 + bytes + 1) << "bits, cursor, end";
@@ -311,7 +312,7 @@ TEST(BufferPressure, ATileStoresItsStateOnceInEveryRoundThatIsNotTheLast) {
   EXPECT_EQ(partial_render_bytes(growth, 64, 464, 464, state), 0u);
 }
 
-TEST(BufferPressure, SpillsAreWhatMovesBehindHalfTheRoom) {
+TEST(BufferPressure, SpillsAreTheBytesBeyondHalfTheRoom) {
   gpu::GpuConfiguration gpu;
   gpu.parameter_buffer.chunk_bytes = 128;
   TriangleBuffer buffer(gpu, 2);  // bits, cursors and first chunks: a burst each
@@ -334,7 +335,7 @@ TEST(BufferPressure, SpillsAreWhatMovesBehindHalfTheRoom) {
   EXPECT_EQ(pressure.partial_render_bytes, 0u) << "the one tile got its first entry in the last round";
 }
 
-TEST(BufferPressure, OfPatchListsIsThatOfTheBufferThatHoldsThem) {
+TEST(BufferPressure, FollowsTheBufferThatHoldsThePatchLists) {
   gpu::GpuConfiguration gpu;  // first chunks of 32 bytes, further ones of 64
   gpu::ObservedWork record;
   record.entries.resize(4);

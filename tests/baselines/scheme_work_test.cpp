@@ -9,7 +9,7 @@ namespace {
 
 using hardware::Event;
 
-// So many lanes that what shaders compute before tiles takes no time either.
+// A machine with so many lanes that shaders before tiles take no time either.
 gpu::GpuConfiguration endless() {
   auto gpu = test::endless_machine<gpu::GpuConfiguration>();
   gpu.shader.lanes = std::int64_t{1} << 60;
@@ -91,8 +91,9 @@ TEST(SchemeWork, EveryTileBuildsTheMachinesOwnBoxes) {
             (ByScheme{128, 128, 128, 128, 128, 128, 128, 192, 128, 128, 128, 128, 128}));
 }
 
-// Some schemes shade the three vertices once, whole. The others shade their positions before they make lists, and shade
-// vertices whole when they draw them. Mesh shaders give whole vertices; those that run again in tiles shade twice.
+// Some schemes shade all of the three vertices once. The others shade positions before they make lists, and shade
+// whole vertices when they draw. Mesh shaders output whole vertices; mesh shaders that run again in tiles shade
+// twice.
 TEST(SchemeWork, PositionPassesShadeVerticesTwice) {
   const gpu::GpuConfiguration gpu = slow(Event::kVertices, 10);
   EXPECT_EQ(cycles(gpu, triangles(1)), (ByScheme{30, 30, 30, 60, 60, 60, 60, 30, 60, 60, 30, 30, 60}));
@@ -147,9 +148,10 @@ TEST(SchemeWork, EveryByteTakesItsClock) {
     }
 }
 
-// Reads that wait for each other take a latency each: the machine's patch record, list, sub-patch record and its lines;
-// theirs of the patch and of list and what it names, which is one stream; at once that of the patch alone. A texture's line
-// that the caches miss is one more for all.
+// Reads that wait for each other take one latency each. The machine waits for the patch record, the list, the
+// sub-patch record and its lines. Schemes with lists wait for the patch, and then for the list with its data, which
+// is one stream; schemes that draw at once wait for the patch alone. A texture line that misses the caches adds one
+// latency to every scheme.
 TEST(SchemeWork, AMissedLineTakesALatency) {
   gpu::GpuConfiguration gpu = endless();
   gpu.set_latency_clk(1000);

@@ -182,7 +182,7 @@ std::vector<std::uint32_t> numbers(const ParameterBuffer& buffer, QueueIndex lis
   return numbers(buffer, list, ledger, ignored);
 }
 
-TEST(ParameterBuffer, PB1FullItRefusesAndWhatWasAcceptedIsStillThere) {
+TEST(ParameterBuffer, PB1FullItRefusesAndKeepsAcceptedEntries) {
   ParameterBuffer buffer(small_gpu().binner_spec(), 8);
   Random random(1);
   std::map<TileIndex, std::vector<std::uint32_t>> accepted;
@@ -225,15 +225,15 @@ TEST(ParameterBuffer, SpillsIntoTheOverflowAreaWhenThePolicySaysSo) {
   gpu.parameter_buffer.full_policy = binner::FullPolicy::kSpill;
   ParameterBuffer buffer(gpu.binner_spec(), 8);
   for (std::uint32_t n = 0; n < 1000; ++n) ASSERT_TRUE(put(buffer, n % 4, n, {1, 2}));
-  // 250 entries of 3 bytes in each of four lists: 28 bytes in the first chunk, then 6 chunks of 124. 2048 bytes hold what
-  // every list has; the rest goes to chunks and bursts of records as they are asked for.
+  // 250 entries of 3 bytes in each of four lists: 28 bytes in the first chunk, then 6 chunks of 124. 2048 bytes hold
+  // the fixed part of every list; the rest goes to chunks and bursts of records as they are asked for.
   EXPECT_EQ(buffer.bytes_in_use(), kFixed + 4 * 6 * 128 + 1000 * 16);
   // All that was handed out of the 2048 bytes is in use: records, entries of 3 bytes, links.
   EXPECT_EQ(buffer.counters().spilled_bytes, 16000 + 3000 + 24 * 4 - 4 * (28 + 4) - (2048 - kFixed));
   for (TileIndex tile = 0; tile < 4; ++tile) EXPECT_EQ(numbers(buffer, tile).size(), 250u);
 }
 
-TEST(ParameterBuffer, PB3TheBurstsOfOneTileAreThoseOfItsBytes) {
+TEST(ParameterBuffer, PB3TheBurstsOfOneTileFollowFromItsBytes) {
   gpu::GpuConfiguration gpu = small_gpu();
   gpu.parameter_buffer.bytes = 1 << 16;
   gpu.binner.combining_bursts = 16;

@@ -69,7 +69,7 @@ TEST(BlockRangeTwin, BoundsThatAreNotClosedLosePixels) {
   EXPECT_GT(lost, 100);
 }
 
-TEST(BlockRange, WhatHasNoLimitStandsForTheWholeTile) {
+TEST(BlockRange, UnboundedRangesHoldTheWholeTile) {
   constexpr float kInfinity = std::numeric_limits<float>::infinity(), kNan = std::numeric_limits<float>::quiet_NaN();
   const IntRect tile{64, 32, 96, 64};
   EXPECT_EQ(BlockRange{}.pixels(tile), tile);

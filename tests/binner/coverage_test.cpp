@@ -1,5 +1,5 @@
-// Invariant 3 for the binner: no tile and no time at which a moving, defocused box is seen is ever left out, and what
-// can be left out is.
+// Invariant 3 for the binner: no tile and no time at which a moving, defocused box is seen is ever left out, and
+// other tiles and times are.
 #include "binner/coverage.h"
 #include "binner/tile_coverage.h"
 #include "binner/time_segments.h"
@@ -72,7 +72,8 @@ struct Missed {
   int tiles = 0, times = 0;
 };
 
-// Dense sampling in double precision of random boxes, motions and lenses: what the method leaves out but is seen.
+// Samples random boxes, motions and lenses densely in double precision and counts the seen samples that the method
+// leaves out.
 Missed missed_by(const Method& method, std::uint32_t seed) {
   Random random(seed);
   Missed missed;
@@ -208,7 +209,7 @@ TEST(TimeIntervalsTwin, CornersThatMoveOnTheirOwnLinesMissADeformingBoxThatTurns
   EXPECT_GT(missed.tiles + missed.times, 0);
 }
 
-// ---- What can be left out is ------------------------------------------------------------------------------------
+// ---- Tiles that are left out -------------------------------------------------------------------------------------
 
 // An orthographic box (w = 1) between two points of the screen at each key, without thickness.
 MovingBody segment_between(const std::array<std::array<double, 2>, 4>& ends) {
@@ -298,7 +299,7 @@ TEST(TimeIntervals, ATileThatIsTouchedAtNoTimeIsDropped) {
   }
 }
 
-TEST(TimeIntervals, WhatDoesNotMoveHasAllTimes) {
+TEST(TimeIntervals, StillBoxesHaveAllTimes) {
   const MovingBody still = segment_between({{{1, 2}, {126, 127}, {1, 2}, {126, 127}}});
   for (const bool moving : {false, true})
     for (const TimeInterval& times : cover(still, methods(CoverageMethod::kRectangle, true, 16), moving).times)

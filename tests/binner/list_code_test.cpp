@@ -1,4 +1,4 @@
-// The sub-patch table and the lists: their bytes against binner/README.md, back again, and what a refusal leaves.
+// The sub-patch table and the lists: their bytes against binner/README.md, decoding, and the state after a refusal.
 #include <rapidcheck/gtest.h>
 #include <regex>
 
@@ -117,7 +117,7 @@ RC_GTEST_PROP(SubPatchTable, TheRecordOfAWholePatchHasTheBitsOfTheDocument, ()) 
 // The bytes of an entry as the document has them: rows "byte", "bits", "holds".
 struct EntryFormat {
   std::map<std::string, std::map<std::string, std::pair<std::size_t, std::size_t>>>
-      bits;  // by byte and by what it holds
+      bits;  // by byte and by name of the field
   EntryFormat() {
     for (const auto& row : table_of("byte"))
       if (row[0] == "first" || row[0] == "further") bits[row[0]][row[2]] = span_of(row[1]);
@@ -338,7 +338,7 @@ std::map<std::uint32_t, int> uses(const ParameterBuffer& buffer, QueueIndex list
   return out;
 }
 
-TEST(ParameterBuffer, PB4WhatIsRefusedLeavesNoByteAndPB5RecordsSayHowManyListsHoldThem) {
+TEST(ParameterBuffer, PB4ARefusalLeavesNoByteAndPB5RecordsCountTheirLists) {
   Random random(9);
   int refused = 0, begun = 0, tables_of_a_length = 0;
   for (int trial = 0; trial < 60; ++trial) {

@@ -119,7 +119,7 @@ TEST(QueueHierarchyTwin, AnEntryForgottenDoubledShiftedOrCutShortIsCaught) {
     EXPECT_GT(misplaced(hierarchy, grid, coverage, bad), 0);
 }
 
-TEST(ListLevels, QueuesAreNumberedLevelByLevelAndThoseOfTilesAsTheTiles) {
+TEST(ListLevels, QueuesAreNumberedLevelByLevelAndQueuesOfTilesAsTheTiles) {
   const TileGrid grid(160, 96, 32, 32);  // 5 x 3 tiles, 3 x 2 groups of four, 2 x 1 of sixteen
   const ListLevels hierarchy(grid, 3);
   EXPECT_EQ(hierarchy.queue_count(), 15u + 6u + 2u);
@@ -214,7 +214,7 @@ struct TrafficOracle {
     while (!cache.empty()) flush_last();
     read += round_up((lists + 7) / 8, burst);
   }
-  // What a tile core reads of one list: bytes, and their bursts.
+  // Bytes that a tile core reads of one list, and their bursts.
   std::uint64_t list_bytes(QueueIndex number) {
     const List& list = queues[number];
     return list.chunks.empty() ? 0 : list.bytes + 4 * (list.chunks.size() - 1) + (room(list) > 0 ? 1 : 4);
@@ -237,7 +237,7 @@ struct TrafficOracle {
   }
 };
 
-// Appends at random; whether the ledger and the counter say what the oracle with `lines` lines says.
+// Appends at random; returns whether the ledger and the counter agree with an oracle that has `oracle_lines` lines.
 bool traffic_agrees(std::uint32_t seed, std::int64_t burst, std::int64_t chunk, std::int64_t lines,
                     std::int64_t oracle_lines) {
   Random random(seed);
@@ -281,7 +281,7 @@ bool traffic_agrees(std::uint32_t seed, std::int64_t burst, std::int64_t chunk, 
   return agrees;
 }
 
-TEST(QueueTraffic, PB3LI3EveryBurstIsThatOfAReplayOfTheAccesses) {
+TEST(QueueTraffic, PB3LI3EveryBurstFollowsFromAReplayOfTheAccesses) {
   std::uint32_t seed = 1;
   for (const std::int64_t burst : {16, 32, 64, 128})
     for (const std::int64_t chunk : {64, 128, 1024})
@@ -301,7 +301,7 @@ BoundedSubPatch rectangle(std::uint32_t patch, float x0, float y0, float x1, flo
   return {patch, {0, 0, 1, 1}, {x0, y0, x1, y1, 0, 1, 2, false}, box};
 }
 
-// What every tile reads, over as many passes as the buffer needs.
+// Entries that every tile reads, over as many passes as the buffer needs.
 std::map<TileIndex, std::multiset<int>> read_all(Binner& binner, const PosedObject& scene,
                                                  std::span<const BoundedSubPatch> sub_patches, int& passes) {
   std::map<TileIndex, std::multiset<int>> tiles;

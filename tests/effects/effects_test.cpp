@@ -1,4 +1,4 @@
-// Only the effects that a scene calls for: forcing, elision and what is said of it, on whole frames.
+// Effects follow the scene: forced effects, elision and its reported reasons, on whole frames.
 #include "binner/binner.h"
 #include "frontend/front_end.h"
 #include "gpu/device.h"
@@ -157,7 +157,7 @@ TEST(Effects, TilesThatTheMovingObjectDoesNotTouchDoTheWorkOfAStillScene) {
   EXPECT_EQ(moving.effect_reasons.at("motion"), "1 of 2 drawables move on screen");
 }
 
-// The twin of forcing: when what moves is taken for still, the image is another.
+// The twin of forcing: taking a moving sub-patch for still changes the image.
 TEST(Effects, AMovingSubPatchThatRanWithoutMotionWouldBeNoticed) {
   const auto capture = test::one_moving_ball({0.5, 0.1, 0});
   const scene::Assembly assembly = scene::assemble(*capture);
@@ -263,7 +263,7 @@ std::unique_ptr<Capture> wall_in_focus(float tilt, float focus) {
   return capture;
 }
 
-TEST(Effects, OnlyWhatIsInFocusAllOverNeedsNoCodeForTheLens) {
+TEST(Effects, OnlyPatchesInFocusAllOverNeedNoCodeForTheLens) {
   const gpu::FrameResult focused = render(*wall_in_focus(0, 4), {}), nearer = render(*wall_in_focus(0, 3.5f), {});
   EXPECT_EQ(focused.counters.frontend.sub_patches_defocused, 0u);
   EXPECT_EQ(focused.effect_places.at("defocus").tiles, 0u);
@@ -310,7 +310,7 @@ TEST(Effects, OpaquePartsOfAMaskedMaterialAreNotTested) {
   EXPECT_EQ(image_bytes(on.targets), image_bytes(result.targets));
 }
 
-// ---- What is said of them ---------------------------------------------------------------------------------------
+// ---- Reported reasons ------------------------------------------------------------------------------------------
 
 TEST(Effects, EachHasAReasonAndPlacesInEveryFrame) {
   const gpu::FrameResult result = render(scene::read_capture(test::shipped_capture("eggs")), {}, 14);

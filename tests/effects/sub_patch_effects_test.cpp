@@ -1,4 +1,4 @@
-// What the front end decides that a sub-patch can do without, against what the tile core computes of it.
+// Effects that the front end elides for a sub-patch, against the tile core's computation of it.
 #include "frontend/sub_patch_effects.h"
 #include "frontend/front_end.h"
 #include "scene/subpixel.h"
@@ -85,7 +85,8 @@ TEST(SubPatchEffects, SE1AndSE2HoldForEverySubPatchThatGoesWithoutMotionOrLens) 
   EXPECT_GT(blurred, 50u);
 }
 
-// The twin: thresholds a few times wider than the tile core's rules leave out what moves and what is blurred.
+// The twin: with thresholds a few times wider than the tile core's rules, moving and blurred sub-patches lose their
+// effects.
 TEST(SubPatchEffects, AnElisionThatLeavesOutTooMuchBreaksSE1AndSE2) {
   std::size_t wrong_still = 0, wrong_sharp = 0;
   for (std::uint32_t seed = 1; seed <= 60; ++seed) {

@@ -10,7 +10,7 @@ struct Outcome {
   std::uint64_t cells = 0, culled = 0, front_facing = 0;
 };
 
-// Tests pieces of every patch; looks at all triangles of those that are culled. The twin believes the patch's middle.
+// Tests pieces of every patch and looks at all triangles of the culled pieces. The twin believes the patch's middle.
 Outcome check(const RoundScene& scene, Random& random, bool believe_the_middle) {
   Outcome out;
   const scene::FrameGeometry& frame = *scene.frame;
@@ -98,7 +98,7 @@ TEST(BackFaceCullingTwin, BelievingTheMiddleOfASubPatchIsCaught) {
   EXPECT_GT(front_facing, 0u);
 }
 
-// What the bounds of a scene's clusters would be with a cone of an axis alone, and triangles of any size.
+// Narrows the cone of each cluster to its axis and sets the least height and edges of its triangles to 1.
 void believe_axes(RoundScene& scene) {
   for (std::vector<scene::ClusterBound>& of_primitive : scene.assembly.cluster_bounds)
     for (scene::ClusterBound& bound : of_primitive) bound.cone_cosine = 1, bound.least_height = bound.least_edges = 1;
@@ -114,8 +114,8 @@ TEST(BackFaceCullingTwin, BelievingTheAxisOfAClustersConeIsCaught) {
   EXPECT_GT(front_facing, 0u);
 }
 
-// Vertices of other patches against where a patch's own evaluation puts them; counts those farther off than `share` of
-// what the bound says.
+// Compares vertices of other patches with the patch's own evaluation; counts vertices farther off than `share` of the
+// bound.
 struct ForeignOutcome {
   int bounded = 0, vertices = 0, violations = 0;
 };
@@ -192,7 +192,7 @@ TEST(BackFaceCulling, OnlySubPatchesThatFaceAwayAreDropped) {
       std::vector<BoundedSubPatch> kept;
       FrontendCounters counters;
       splitter.split(patch, kept, counters);
-      if (counters.culled_frustum != 0) continue;  // what is out of view may face anywhere
+      if (counters.culled_frustum != 0) continue;  // geometry out of view may face anywhere
       const scene::TessellationPattern& pattern = frame.pattern_of(patch);
       std::vector<int> covered(static_cast<std::size_t>(pattern.nu) * pattern.nv);
       for (const BoundedSubPatch& piece : kept)
@@ -216,7 +216,7 @@ TEST(BackFaceCulling, OnlySubPatchesThatFaceAwayAreDropped) {
   EXPECT_GT(dropped, 100u);
 }
 
-TEST(BackFaceCulling, KeepsDoubleSidedMaterialsAndWhatCrossesTheNearPlane) {
+TEST(BackFaceCulling, KeepsDoubleSidedMaterialsAndPatchesAcrossTheNearPlane) {
   Random random(4);
   RoundScene scene({}, random);
   scene.assembly.materials[0].double_sided = true;

@@ -18,7 +18,7 @@ struct BoundOutcome {
   }
 };
 
-// What a bound that makes a typical mistake would be.
+// Body of a bound that makes a typical mistake.
 inline SubPatchBody twin_body(BoundTwin twin, SubPatchBounder& bounder, const scene::CellRange& cells) {
   SubPatchBody body = bounder.body(cells);
   const auto& to_raster = bounder.drawable().to_raster;
@@ -53,8 +53,8 @@ inline SubPatchBody twin_body(BoundTwin twin, SubPatchBounder& bounder, const sc
           vertex_rounding_margin(box, bounder.largest_coordinate(), to_raster, static_cast<double>(scene::kSubpixels))};
 }
 
-// Random cell ranges of a scene, and points of theirs at random times and lens points: points of the surface in double
-// precision, and the vertices that the machine computes, those that other patches evaluate included.
+// Checks random cell ranges of a scene at random times and lens points: points of the surface in double precision,
+// and the vertices that the machine computes, also where another patch evaluates them.
 inline BoundOutcome check_scene(const Scene& scene, test::Random& random, BoundMethod method, BoundTwin twin,
                                 int ranges) {
   BoundOutcome outcome;
@@ -84,7 +84,7 @@ inline BoundOutcome check_scene(const Scene& scene, test::Random& random, BoundM
       const SubPatchBody body =
           twin == BoundTwin::kHonest ? bounder.body(cells) : (bounder.body(cells), twin_body(twin, bounder, cells));
       const auto bounds = screen_bounds(body.corners, frame.projection, body.margin);
-      // Of the surface, the part that is this patch's own; beyond it there is nothing but the others' vertices.
+      // Points of the surface lie in this patch's own part; beyond it there are only vertices of other patches.
       const scene::ParameterRange& range = bounder.inner_range();
       for (int k = 0; k < 30; ++k) {
         const float u = k < 4 ? (k & 1 ? range.u1 : range.u0) : random.uniform(range.u0, range.u1);

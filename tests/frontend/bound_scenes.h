@@ -7,13 +7,13 @@
 
 namespace tessera::frontend {
 
-// Scenes that are hard to bound, and where their points are seen.
+// Scenes that are hard to bound, and the places of their points on screen.
 
 struct SampledPoint {
   double x, y, z;
   bool drawn;
 };
-// Where a raster-space point is seen through lens point (lu, lv) of the unit disc.
+// Place on screen of a raster-space point through lens point (lu, lv) of the unit disc.
 inline SampledPoint see(const DVec4& r, const scene::Projection& p, double lu, double lv) {
   const double coc = p.orthographic ? 1 - r.z * p.inverse_focus : 1 / r.w - p.inverse_focus;
   return {r.x / r.w - p.lens_scale * lu * coc, r.y / r.w - p.lens_scale * lv * coc, r.z,

@@ -13,7 +13,7 @@ namespace {
 
 shaders::ScalarTexture random_texture(Random& random, int width, int height) {
   std::vector<float> values(static_cast<std::size_t>(width * height));
-  // Noise, or a ramp, whose coarse levels differ from what lies nearby.
+  // Noise, or a ramp, whose coarse levels differ from nearby texels.
   const bool ramp = random.coin();
   for (std::size_t i = 0; i < values.size(); ++i)
     values[i] = ramp ? static_cast<float>(i) * 0.01f : random.uniform(-1, 1);
@@ -29,7 +29,7 @@ shaders::Sampler random_sampler(Random& random) {
   return sampler;
 }
 
-// Samples of random boxes that fall outside what a query with `claimed_lod` says, when sampled at up to `lod`.
+// Counts samples of random boxes, taken at up to `lod`, that fall outside the range of a query with `claimed_lod`.
 int pyramid_violations(std::uint32_t seed, bool honest) {
   Random random(seed);
   int violations = 0;
@@ -137,7 +137,7 @@ int screen_violations(std::uint32_t seed, Twin twin) {
       const SampledPoint s = see(at, p, radius * std::cos(angle), radius * std::sin(angle));
       if (!s.drawn) continue;
       if (twin == Twin::kLinearScreenMotion) {
-        // What a box that is linear in screen space would claim at time t.
+        // Bounds at time t that a box with linear motion in screen space would claim.
         const auto key_bounds = [&](std::size_t key) {
           return screen_bounds(std::span(corners).subspan(8 * key, 8), bounded, {});
         };
@@ -208,7 +208,7 @@ TEST_P(CameraPlane, IsCutWhereTheBoxPassesIt) {
   ASSERT_EQ(bounds.has_value(), drawn);
   if (!drawn) return;
   EXPECT_EQ(bounds->crosses_near, crosses);
-  // Corners and edges at many times, those that lie in front of the near plane.
+  // Points of corners and edges at many times, where they lie in front of the near plane.
   for (int t = 0; t <= 64; ++t)
     for (std::size_t a = 0; a < 8; ++a)
       for (std::size_t b = 0; b < 8; ++b)
@@ -303,7 +303,7 @@ CoarseDepth depth_of_blocks(int columns, int rows) {
   return depth;
 }
 
-TEST(CoarseDepth, AViewThatDoesNotChangeKeepsTheDepthsOfAllButTheNeighboursOfWhatIsFarther) {
+TEST(CoarseDepth, AnUnchangedViewKeepsAllDepthsExceptBesideFartherBlocks) {
   CoarseDepth depth = depth_of_blocks(8, 6);
   depth.farthest[depth.blocks.index(5, 3)] = kNothingSeen;
   depth.farthest[depth.blocks.index(0, 0)] = code_not_nearer(1.0f);
@@ -318,7 +318,7 @@ TEST(CoarseDepth, AViewThatDoesNotChangeKeepsTheDepthsOfAllButTheNeighboursOfWha
     }
 }
 
-TEST(CoarseDepth, HidesWhatBeginsBehindAllBlocksThatItTouches) {
+TEST(CoarseDepth, HidesBoundsThatBeginBehindAllBlocksThatTheyTouch) {
   CoarseDepth depth = depth_of_blocks(4, 3);
   depth.farthest[depth.blocks.index(1, 0)] = code_not_nearer(3.0f);
   std::uint64_t tested = 0;
@@ -358,8 +358,8 @@ TEST(OcclusionCandidate, RecordsAreReadAsTheyWereWritten) {
 
 // ---- Slopes -----------------------------------------------------------------------------------------------------
 
-// Random short ways over a texture; counts those along which the height changes by what the slopes, times `share`, do not
-// allow.
+// Follows random short segments over a texture; counts segments along which the height changes by more than `share`
+// times the slope bound.
 int slope_violations(std::uint32_t seed, float share) {
   Random random(seed);
   int violations = 0;
@@ -428,7 +428,7 @@ int level_violations(std::uint32_t seed, float share) {
   return violations;
 }
 
-TEST(LevelDifferences, HoldWhatTwoLevelsOfDetailDifferByAtAnyWrap) { EXPECT_EQ(level_violations(6, 1.0f), 0); }
+TEST(LevelDifferences, BoundTheDifferenceOfTwoLevelsOfDetailAtAnyWrap) { EXPECT_EQ(level_violations(6, 1.0f), 0); }
 
 TEST(LevelDifferences, HalfTheDifferenceIsCaught) { EXPECT_GT(level_violations(6, 0.5f), 0); }
 

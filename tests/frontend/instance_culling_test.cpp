@@ -158,7 +158,7 @@ TEST(InstanceCulling, IC1FailsForABoxWithoutMotionOrDisplacement) {
 }
 
 // Ends of an instance that is seen only because of its motion, its deformation or its displacement.
-TEST(InstanceCulling, IC1KeepsWhatMovesIntoView) {
+TEST(InstanceCulling, IC1KeepsInstancesThatMoveIntoView) {
   scene::Capture capture;
   scene::Primitive triangle = test::triangles({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {0, 1, 2});
   scene::MorphTarget target;
@@ -222,7 +222,7 @@ TEST(InstanceCulling, IC2EveryTestIsCountedAndReadsOneRecord) {
   }
 }
 
-TEST(InstanceCulling, IC3SubPatchesAreThoseOfANodeForEachInstance) {
+TEST(InstanceCulling, IC3SubPatchesAreTheSameWithANodeForEachInstance) {
   Random random(6);
   for (int trial = 0; trial < 20; ++trial) {
     const Instanced scene(test::random_instanced_scene(random, 80, 6.0f)),
@@ -236,7 +236,7 @@ TEST(InstanceCulling, IC3SubPatchesAreThoseOfANodeForEachInstance) {
       EXPECT_EQ(a.sub_patches[k].corners(*scene.frame), b.sub_patches[k].corners(*nodes.frame));
       EXPECT_EQ(a.sub_patches[k].effects, b.sub_patches[k].effects);
     }
-    // A patch of what was dropped would have been read, bounded once and culled.
+    // A patch of a dropped instance would have been read, bounded once and culled.
     const std::uint64_t dropped = scene.assembly.patch_count() - a.counters.base_patches;
     EXPECT_GT(dropped, 0u);
     EXPECT_EQ(b.counters.base_patches, a.counters.base_patches + dropped);

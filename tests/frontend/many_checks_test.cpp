@@ -1,5 +1,6 @@
-// Invariant 3 and culling at length: a hundred million points inside the bounds of their sub-patches, and what the front
-// end drops is in nobody's sight. On all threads, from fixed seeds: the same checks with any number of threads.
+// Invariant 3 and culling at length: a hundred million points lie inside the bounds of their sub-patches, and the
+// front end drops nothing that is in sight. All threads work from fixed seeds, and the checks are the same for any
+// number of threads.
 #include "base/parallel.h"
 #include "tests/frontend/bound_checks.h"
 #include "tests/frontend/round_scenes.h"
@@ -55,7 +56,7 @@ bool in_sight(const scene::FrameGeometry& frame, const scene::PosedDrawable& dra
   const SampledPoint point = see(r, frame.projection, lens.x, lens.y);
   if (!point.drawn || point.x < 0 || point.y < 0 || point.x >= frame.request.width || point.y >= frame.request.height)
     return false;
-  // Whether a triangle across the near plane faces anyone nobody asks.
+  // A triangle across the near plane counts as in sight, whichever way it faces.
   return drawable.material->double_sided || !in_front ||
          facing_area(frame, drawable.mirrored, *corner[0], *corner[1], *corner[2], t, lens) < -1e-9;
 }
@@ -133,7 +134,7 @@ TEST(HundredMillionChecks, FindNoPointOutsideItsBound) {
   EXPECT_EQ(out.violations, 0);
 }
 
-TEST(HundredMillionChecks, FindNothingInSightAmongWhatIsCulled) {
+TEST(HundredMillionChecks, FindNoCulledCellInSight) {
   const SightOutcome out = check_sights(kSights, false);
   std::printf(
       "%lld cells, %lld culled as out of view and %lld as back faces; %lld points of theirs looked at: %lld in sight\n",
@@ -149,7 +150,7 @@ TEST(ManyChecksTwin, BoundsAFiftiethTooSmallAreCaught) {
   EXPECT_GT(check_points(100'000, BoundTwin::kShrunk).violations, 0);
 }
 
-TEST(ManyChecksTwin, CullingWhatIsInSightIsCaught) { EXPECT_GT(check_sights(10'000, true).violations, 0); }
+TEST(ManyChecksTwin, CullingVisibleCellsIsCaught) { EXPECT_GT(check_sights(10'000, true).violations, 0); }
 
 }  // namespace
 }  // namespace tessera::frontend::many_checks_test

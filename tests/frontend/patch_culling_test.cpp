@@ -198,7 +198,7 @@ TEST(PatchCulling, PC2EveryTestIsCountedAndReadsItsGroup) {
   EXPECT_GT(culled, 0u);
 }
 
-TEST(PatchCulling, PC3SubPatchesAreThoseWithoutGroups) {
+TEST(PatchCulling, PC3SubPatchesAreTheSameWithoutGroups) {
   Random random(4);
   for (int trial = 0; trial < 8; ++trial) {
     Clouds scene(random_clouds(random, trial % 2 == 0 ? 3.0f : 15.0f));
@@ -218,8 +218,8 @@ TEST(PatchCulling, PC3SubPatchesAreThoseWithoutGroups) {
   }
 }
 
-// What deforms is tested patch by patch: its groups' boxes are those of the shape at rest.
-TEST(PatchCulling, WhatDeformsHasNoGroups) {
+// Deforming primitives are tested patch by patch, because boxes of groups hold the shape at rest.
+TEST(PatchCulling, DeformingPrimitivesHaveNoGroups) {
   Random random(5);
   scene::Capture capture = random_clouds(random, 3);
   scene::Primitive& primitive = capture.meshes[0].primitives[0];

@@ -64,7 +64,7 @@ std::string criterion_name(const testing::TestParamInfo<std::size_t>& instance) 
 INSTANTIATE_TEST_SUITE_P(Criterion, EveryCriterion, testing::Range(std::size_t{0}, kEnumWords<SplitCriterion>.size()),
                          criterion_name);
 
-TEST(PatchSplitter, TheBudgetLimitsWhatTheCriterionMakes) {
+TEST(PatchSplitter, TheBudgetLimitsTheCriterionsPieces) {
   Random random(8);
   const Scene scene(Hard::kNoMotion, random);
   FrontEndSpec s = settings();
@@ -79,7 +79,7 @@ TEST(PatchSplitter, TheBudgetLimitsWhatTheCriterionMakes) {
   }
 }
 
-TEST(PatchSplitter, DepthZeroCutsOnlyWhatATileCoreCannotTake) {
+TEST(PatchSplitter, DepthZeroCutsOnlyPatchesThatATileCoreCannotTake) {
   Random random(8);
   const Scene scene(Hard::kNoMotion, random);
   FrontEndSpec s = settings();
@@ -156,7 +156,7 @@ TEST(FrontEnd, IsTheSameForAnyNumberOfThreadsAndRefusesUnknownNames) {
   for (std::size_t k = 0; k < a.sub_patches.size(); ++k) EXPECT_EQ(a.sub_patches[k].range, b.sub_patches[k].range);
 }
 
-// ---- What bounding reads ----------------------------------------------------------------------------------------
+// ---- Reads of bounding -------------------------------------------------------------------------------------------
 
 // Displaced patches in rows, apart from each other but for the last, which may touch the first: more than
 // kCachedRecords lie between.
@@ -200,7 +200,7 @@ TEST(FrontEndTraffic, ANeighbourMoreIsARecordMore) {
   // An L2 has it, as its own patch was read.
   EXPECT_EQ(front_end_reads(bounding_traffic(true, true), Purpose::kPatchData),
             front_end_reads(bounding_traffic(true, false), Purpose::kPatchData));
-  // Without displacement nobody else's vertices matter.
+  // Without displacement the vertices of other patches do not matter.
   EXPECT_EQ(front_end_reads(bounding_traffic(false, true), Purpose::kPatchData),
             front_end_reads(bounding_traffic(false, false), Purpose::kPatchData));
 }
@@ -245,7 +245,7 @@ TEST(FrontEndTraffic, RecordsAmongTheLastUsedCostNothing) {  // BFT1
 
 // ---- Area of a box ----------------------------------------------------------------------------------------------
 
-TEST(BoxArea, IsThatOfItsFacesInTheWorld) {
+TEST(BoxArea, IsTheAreaOfItsFacesInTheWorld) {
   MovingBox box = empty_box({DVec3(1, 0, 0), DVec3(0, 1, 0), DVec3(0, 0, 1)});
   for (std::size_t key = 0; key < 2; ++key)
     for (std::size_t axis = 0; axis < 3; ++axis)

@@ -1,4 +1,4 @@
-// Enclosures of procedural shapes: what intervals say against what floats and doubles compute.
+// Enclosures of procedural shapes: intervals against results in floats and doubles.
 #include "frontend/bounds/enclosure_functions.h"
 #include "shaders_cpp/procedures/procedures.h"
 #include "tests/support/programs.h"
@@ -135,7 +135,7 @@ bool same(const Enclosure& a, const Enclosure& b) {
          same(a.by_t(), b.by_t()) && a.error() == b.error();
 }
 
-TEST(ProgramBounds, OfBuiltInShapesAreTheirs) {  // PGM1
+TEST(ProgramBounds, EqualTheBoundsOfBuiltInShapes) {  // PGM1
   Random random(31);
   for (int trial = 0; trial < 2000; ++trial) {
     const auto id = static_cast<ShapeId>(trial % test::kShapeCount);
@@ -148,7 +148,7 @@ TEST(ProgramBounds, OfBuiltInShapesAreTheirs) {  // PGM1
 }
 
 // Selection and steps, which no built-in shape has.
-TEST(ProgramBounds, HoldWhatSelectionsAndStepsGive) {
+TEST(ProgramBounds, HoldTheResultsOfSelectionsAndSteps) {
   const char* const texts[] = {
       "shape s { return vec3(u < v ? u * 3 : v - 2, floor(u * 7) * v, fract(v * 5 + u)); }",
       "shape s { let a = noise(u * 4, v * 4); return vec3(a > 0 ? a : 0 - a * 2, floor(a * 3) / 3, smooth(a)); }",

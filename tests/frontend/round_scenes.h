@@ -7,7 +7,7 @@
 
 namespace tessera::frontend {
 
-// Objects that turn their back on the camera here and there, and which of their triangles the machine sees.
+// Objects that turn their back on the camera here and there, and the visibility of their triangles to the machine.
 
 // Nine unequal pieces of one bent patch: neighbours have the same normals and texture coordinates on the edges that they
 // share, but read heights at levels of detail of their own.
@@ -143,7 +143,7 @@ inline RasterVertex raster_vertex(const scene::FrameGeometry& frame, const scene
   return out;
 }
 
-// Of a patch's grid.
+// Projects vertex (i, j) of a patch's grid.
 inline RasterVertex project(const scene::FrameGeometry& frame, std::uint32_t patch, int i, int j) {
   const scene::PosedDrawable& drawable = frame.drawable_of(patch);
   const scene::TessellationPattern& pattern = frame.pattern_of(patch);
@@ -172,7 +172,7 @@ inline std::array<RasterVertex, 4> cell_corners(const scene::FrameGeometry& fram
   return out;
 }
 
-// Where it is seen at time t through a lens point: screen positions move at the rate of perspective.
+// Place on screen at time t through a lens point: screen positions move at the rate of perspective.
 inline glm::dvec2 seen_at(const RasterVertex& v, const scene::Projection& p, double t, glm::dvec2 lens) {
   const double depth = v.depth[0] * (1 - t) + v.depth[1] * t;
   const double rate = p.orthographic ? t : t * v.depth[1] / depth;
@@ -189,7 +189,7 @@ inline double facing_area(const scene::FrameGeometry& frame, bool mirrored, cons
   return mirrored ? -area : area;  // counter-clockwise with y down is negative
 }
 
-// How often one of a cell's two triangles is seen to face the camera, at four times and lens points.
+// Number of times that one of a cell's two triangles faces the camera, over four times and lens points.
 inline std::uint64_t front_facing(const scene::FrameGeometry& frame, std::uint32_t patch, int x, int y,
                                   test::Random& random) {
   std::uint64_t count = 0;

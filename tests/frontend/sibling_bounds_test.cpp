@@ -124,7 +124,7 @@ TEST(Siblings, ThatAreNotUsedFetchNothing) {  // SB2
   EXPECT_GT(fetches.pending_bytes(), before);
 }
 
-// What the splitter hands on, against a bounder that looks at one range after another.
+// Compares the splitter's sub-patches with a bounder that looks at one range after another.
 TEST(Siblings, OfTheSplitterHaveTheBoundsOfTheirCells) {  // SB1
   Random random(12);
   std::size_t pieces = 0;

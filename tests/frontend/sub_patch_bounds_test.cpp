@@ -177,7 +177,7 @@ Real stage(Real u, Real v) {
   return real_sqrt(a * a + b) / (Real(0.5f) + b * b) - real_min(u, v) * Real(1000.0f);
 }
 
-TEST(Enclosure, HoldsWhatAStageComputesInFloatsAnywhereInItsBox) {
+TEST(Enclosure, HoldsTheFloatResultsOfAStageAnywhereInItsBox) {
   Random random(6);
   for (int trial = 0; trial < 20000; ++trial) {
     const float size = std::exp2(static_cast<float>(-random.integer(0, 22)));
@@ -204,7 +204,7 @@ TEST(Enclosure, TightensWithTheSquareOfItsBox) {
   EXPECT_GE(width(0.01), 0.0001);
 }
 
-TEST(Interval, HoldsEveryResultAndWhatHasNoValueIsEverything) {
+TEST(Interval, HoldsEveryResultAndIsEverythingWhereThereIsNone) {
   Random random(8);
   for (int trial = 0; trial < 5000; ++trial) {
     const auto draw = [&] {

@@ -1,6 +1,7 @@
-// The program of all fuzz targets, and that of the decoders alone: tessera_fuzz TARGET [--corpus FOLDER] [libFuzzer's options and files]. Writes the
-// target's seeds into the corpus folder and hands over to libFuzzer with the limits below, which options of the
-// caller's come after and replace. `tessera_fuzz --list` names the targets.
+// Main program of the fuzz targets, of all or of the decoders alone: tessera_fuzz TARGET [--corpus FOLDER]
+// [libFuzzer's options and files]. It writes the target's seeds into the corpus folder and calls libFuzzer with the
+// limits below; the caller's options come after these limits and replace them. `tessera_fuzz --list` names the
+// targets.
 #include <unistd.h>
 
 #include <algorithm>

@@ -16,23 +16,24 @@ namespace tessera::fuzz {
 using Bytes = std::span<const std::uint8_t>;
 using Generator = std::minstd_rand;
 
-// What a fuzz target promises for any bytes: it returns. A refusal is one of the project's errors and is swallowed by
-// run(); everything else that gets out of it, a broken invariant, a report of the sanitizers, a leak, a hang and a
-// single allocation beyond kMaxBytes (256 MiB more where Draco takes part, see fuzz_main.cpp) each end the program.
+// A fuzz target returns for any bytes. A refusal is one of the project's errors and is swallowed by run(); every
+// other failure (a broken invariant, a report of the sanitizers, a leak, a hang, a single allocation beyond
+// kMaxBytes, or 256 MiB more where Draco takes part, see fuzz_main.cpp) ends the program.
 struct Target {
   std::string_view name;
   std::string_view about;
   std::size_t max_bytes;  // of an input
   void (*run)(Bytes input);
   std::vector<std::string> (*seeds)();  // inputs to begin with, made by code
-  // Changes an input in place and returns its new size, at most `max_size`; null: libFuzzer's own mutations only.
+  // Changes an input in place and returns its new size, at most `max_size`; nullptr leaves all mutations to
+  // libFuzzer.
   std::size_t (*mutate)(std::uint8_t* data, std::size_t size, std::size_t max_size, Generator& random);
 };
 
-// Of the program: all_targets.cpp or decoder_targets.cpp.
+// Targets of the program, from all_targets.cpp or decoder_targets.cpp.
 std::span<const Target> targets();
 
-// What one input may take, by the limits that the program has (--max-memory, ImageLimits).
+// Memory limit of one input, from the program's own limits (--max-memory, ImageLimits).
 inline constexpr std::uint64_t kMaxBytes = 64ull << 20;
 
 // libFuzzer's mutations of plain bytes.
@@ -41,7 +42,7 @@ std::size_t mutate_bytes(std::uint8_t* data, std::size_t size, std::size_t max_s
 // Ends the program with a message when something that was accepted is not sound.
 void require(bool holds, const char* what);
 
-// Runs what may refuse its input: UsageError, InputError and LimitError are answers.
+// Runs work that may refuse its input: UsageError, InputError and LimitError are answers.
 template <class Work>
 void expect_answer(const Work& work) {
   try {
@@ -58,7 +59,7 @@ const std::filesystem::path& scratch_folder();
 void write_scratch(const std::filesystem::path& file, Bytes bytes);
 void write_scratch(const std::filesystem::path& file, std::string_view text);
 
-// Targets, by the file that has them.
+// The targets, with the file that defines them.
 extern const Target kCaptureTarget, kDracoTarget, kMeshoptTarget, kReplayTarget;               // a file each
 extern const Target kStudyTarget, kMachineTarget, kOptionTarget, kResultTarget, kPointTarget;  // text_targets.cpp
 extern const Target kImageTarget, kWebpTarget, kExrTarget, kRadianceTarget, kHistoryTarget;    // image_targets.cpp

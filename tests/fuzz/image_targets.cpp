@@ -1,4 +1,4 @@
-// Decoders of images, and of what one frame of a replay leaves to the next.
+// Decoders of images, and of the history that one frame of a replay leaves to the next.
 #include <zlib.h>
 
 #include <cmath>
@@ -192,7 +192,7 @@ void read_exr_bytes(Bytes input) {
     const Image image = read_exr(kFile, limits);
     require(image.width > 0 && image.height > 0 && image.values.size() <= 4 * kMaxPixels,
             "an EXR beyond the limits was accepted");
-    // What `compare` does with it.
+    // `compare` tone-maps the images that it reads.
     if (image.values.size() < 4096) {
       const Image8 shown = shaders::to_display(image, 1.0f);
       require(shown.values.size() == image.values.size() / static_cast<std::size_t>(image.channels) *
@@ -218,7 +218,7 @@ std::vector<std::string> exr_files() {
   return all;
 }
 
-// Attributes are named: sizes and counts of the header are what a damaged file most often has wrong.
+// Attributes are found by name: damaged files most often have wrong sizes and counts in the header.
 std::size_t mutate_exr(std::uint8_t* data, std::size_t size, std::size_t max_size, Generator& random) {
   static const char* const kNames[] = {"dataWindow",  "displayWindow", "channels",
                                        "compression", "lineOrder",     "pixelAspectRatio"};

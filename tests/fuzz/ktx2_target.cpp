@@ -53,8 +53,8 @@ std::vector<std::string> textures() {
   return all;
 }
 
-// Bytes of the head, which has the sizes of everything, or of what is behind it; lengths stay as they are, so that a
-// file of sound sizes gets to the decoders.
+// Changes bytes of the head, which has the sizes of everything, or bytes after it; the length stays, so that a file
+// with sound sizes gets to the decoders.
 std::size_t mutate_texture(std::uint8_t* data, std::size_t size, std::size_t max_size, Generator& random) {
   constexpr std::size_t kHead = 260;
   if (size < kHead + 8 || random() % 16 == 0) return mutate_bytes(data, size, max_size);

@@ -24,7 +24,7 @@ struct Head {
 
 Head head_of(Bytes input) { return {input[0] % 3, input[0] / 3 % 5, input[1], input[2] | (input[3] << 8)}; }
 
-// Attributes are positions of the type that fills the stride, indices those of 300 points.
+// Attributes are positions of the type that fills the stride; indices refer to 300 points.
 std::string wrap(const Head& head, Bytes stream) {
   test::GltfAsset asset;
   const int view = asset.add_view(stream);

@@ -1,4 +1,4 @@
-// Any bytes as a text of programs: what compiles is evaluated over every number type, anywhere.
+// Any bytes as a text of programs: a program that compiles is evaluated over every number type, anywhere.
 #include <cmath>
 #include <memory>
 

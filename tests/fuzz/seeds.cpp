@@ -16,8 +16,8 @@ namespace {
 
 using nlohmann::json;
 
-// Takes away what refers to buffers: what is left of a shipped capture is small, and still has its nodes, lights, lens,
-// animation-free materials and procedures.
+// Removes references to textures. Without buffers and textures a shipped capture is small and still has its nodes,
+// lights, lens, animation-free materials and procedures.
 void drop_textures(json& value) {
   if (value.is_array())
     for (json& v : value) drop_textures(v);
@@ -70,7 +70,7 @@ std::string cage_capture() {
   return asset.glb();
 }
 
-// A moving, displaced patch in front of a lens: what everything_asset() has, small enough to render.
+// A moving, displaced patch in front of a lens: everything_asset(), small enough to render.
 std::string moving_capture() {
   test::GltfAsset asset = test::everything_asset();
   asset.document["extensions"]["TESSERA_capture"]["shutter"] = {0, 20};
@@ -79,7 +79,7 @@ std::string moving_capture() {
   return asset.glb();
 }
 
-// What writers of files err in, all of it with one meaning each.
+// A capture with many mistakes of exporters, each of which has one possible meaning.
 std::string erring_capture() {
   test::GltfAsset asset = test::everything_asset();
   json& d = asset.document;

@@ -112,7 +112,7 @@ void read_machine(Bytes input) {
       fits = false;
     }
     if (!fits) return;
-    // What a replay writes of its machine reads back as the same machine.
+    // The machine that a replay writes reads back as the same machine.
     write_scratch(kFile, written);
     require(gpu::gpu_json(gpu::load_gpu(kFile.string())).dump() == written, "a machine does not read back as itself");
   });
@@ -295,7 +295,7 @@ std::size_t mutate_results(std::uint8_t* data, std::size_t size, std::size_t max
   if (size < 2) return mutate_bytes(data, size, max_size);
   std::uint8_t* const cut = std::find(data, data + size, '\n');
   if (cut == data + size) return 1 + mutate_json(data + 1, size - 1, max_size - 1, random);
-  // One of the two documents; the one in front is put together with what comes behind it.
+  // Mutates one of the two documents; the first one is joined with the rest of the input.
   const std::size_t second = static_cast<std::size_t>(cut - data) + 1;
   if (second < 2) return mutate_bytes(data, size, max_size);  // the first byte is no choice but the end of a line
   if (random() % 2 == 0) return second + mutate_json(data + second, size - second, max_size - second, random);
@@ -314,13 +314,13 @@ void read_point(Bytes input) {
   for (const bool timed : {false, true})
     expect_answer([&] {
       const replay::TrialResult trial = replay::read_trial(kFile, timed);
-      // What is read can be judged, and is kept as it is.
+      // A result that was read can be judged, and is written back unchanged.
       const replay::Measurement measured = replay::measurement_of(trial, "tilecore.triangles", 850);
       require(measured.wall_seconds.low <= measured.wall_seconds.median &&
                   measured.wall_seconds.median <= measured.wall_seconds.high,
               "times that are not in order");
       require(measured.cycles.has_value() == trial.figures.contains("timing.cycles"), "cycles out of nowhere");
-      require(measured.error.has_value() != timed, "an error of what draws nothing, or none of what draws");
+      require(measured.error.has_value() != timed, "an error without an image, or an image without one");
       replay::write_trial(kAgain, trial);
       require(replay::read_trial(kAgain, timed) == trial, "a point does not read back as itself");
     });

@@ -1,5 +1,5 @@
-// Blooms and tone maps of captures (gpu/bloom.cpp, gpu/image_passes.cpp): images by the formulas in double precision, bytes
-// and lookups as geometric series, and what is refused.
+// Blooms and tone maps of captures (gpu/bloom.cpp, gpu/image_passes.cpp): images by the formulas in double precision,
+// bytes and lookups as geometric series, and refusals.
 #include <cmath>
 #include <limits>
 
@@ -103,7 +103,7 @@ TEST(BloomFilters, KeepAnImageOfOneColor) {  // BLM1
         EXPECT_LT(largest_error(light, {0.25, 0.5, 0.75}, 1), 1e-6);
 }
 
-TEST(BloomFilters, WhatIsNoNumberIsNoLight) {
+TEST(BloomFilters, NaNIsNoLight) {
   Image image(8, 8, 3);
   const auto bad = image.at(4, 4);
   bad[0] = std::numeric_limits<float>::quiet_NaN(), bad[1] = -7, bad[2] = std::numeric_limits<float>::infinity();
@@ -235,7 +235,7 @@ TEST(Bloom, BytesAndLookupsAreAGeometricSeries) {  // BLP1, BLP2
     }
 }
 
-TEST(Bloom, OfOddSidesHasTexelsOfEveryTileOnce) {
+TEST(Bloom, HasTheTexelsOfEveryTileOnceAtOddSides) {
   constexpr Size kSize{101, 67};
   const FrameResult frame = frame_of(blooming(4), kSize);
   // 50x33, 25x16, 12x8, 6x4.
@@ -333,7 +333,7 @@ TEST(Bloom, DoesNotHangOnTilesAndBuffers) {
     EXPECT_EQ(frame_of(blooming(4), kSize, keys).targets.color.values, expected.targets.color.values) << keys[0];
 }
 
-TEST(Bloom, WhatLeavesOutPixelsIsRefused) {
+TEST(Bloom, RegionsAndEliminationAreRefused) {
   constexpr Size kSize{96, 64};
   EXPECT_THROW(frame_of(blooming(2), kSize, {}, {0, 0, 32, 32}), UsageError);
   EXPECT_THROW(frame_of(blooming(2), kSize, {"tile.rendering_elimination=true"}), UsageError);

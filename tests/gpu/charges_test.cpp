@@ -1,5 +1,5 @@
-// What the emulated units need is charged (gpu/work_recorder.h records it): each test needs more of one thing, and pays
-// for it. Most are twins of each other: the same scene without it pays nothing.
+// The frame is charged for its use of the emulated units (gpu/work_recorder.h records it): each test needs more of
+// one resource and pays for it. Most tests are twins: the same scene without the need pays nothing.
 #include "gpu/device.h"
 #include "gpu/settings.h"
 #include "memory/ledger.h"
@@ -154,7 +154,7 @@ TEST(Charges, BlendedLayersTakeTileMemory) {
   clear.base_color.a = 0.5f;
   const timing::FrameWork opaque = rendered(seen(grid_mesh(scene::kNone), {})).model->record.work,
                           blended = rendered(seen(grid_mesh(scene::kNone), clear)).model->record.work;
-  EXPECT_EQ(blended.tile_state_bytes, opaque.tile_state_bytes) << "a tile takes what it needs, not what another needs";
+  EXPECT_EQ(blended.tile_state_bytes, opaque.tile_state_bytes) << "a tile takes its own memory, not another tile's";
   const auto most = [](const timing::FrameWork& work) {
     std::uint64_t bytes = 0;
     for (const timing::TileWork& tile : work.rounds.front().tiles) bytes = std::max(bytes, tile.extra_bytes);
@@ -166,7 +166,7 @@ TEST(Charges, BlendedLayersTakeTileMemory) {
 
 TEST(Charges, CompactionAndCoarseDepthTakeTime) {
   scene::Capture capture = seen(grid_mesh(scene::kNone), {}, 0.6);  // all samples see it
-  test::add_node(capture, grid_mesh(scene::kNone), {0, 0, -0.05});  // and what is behind asks
+  test::add_node(capture, grid_mesh(scene::kNone), {0, 0, -0.05});  // and the grid behind it tests coarse depth
   const FrameResult usual = rendered(capture);
   const auto busy = [](const FrameResult& r, hardware::Stage stage) {
     return r.model->timing.busy[static_cast<std::size_t>(stage)];
@@ -183,7 +183,7 @@ TEST(Charges, CompactionAndCoarseDepthTakeTime) {
   EXPECT_GT(rendered(capture, {"tilecore.depth_blocks_per_clk=0.001"}).model->timing.cycles,
             usual.model->timing.cycles);
   EXPECT_EQ(rendered(capture, {"tilecore.occlusion_culling=false"}).counters.tilecore.depth_blocks_updated, 0u)
-      << "nobody asks for the farthest depth";
+      << "no unit asks for the farthest depth";
 }
 
 // ---- The environment behind everything ------------------------------------------------------------------------------
@@ -277,7 +277,7 @@ TEST(Charges, VerticesThatPixelsInterpolateAreEvaluatedWrittenAndRead) {
       << "a mesh has its vertices";
 }
 
-TEST(Charges, PixelsOfProceduresTakeTheirOperationsAndThoseOfTheGeometryWhereTheyEvaluateIt) {
+TEST(Charges, PixelsOfProceduresTakeTheirOperationsAndTheGeometrysWhereTheyEvaluateIt) {
   scene::Capture capture;
   shaders::ShapeInput sphere;
   sphere.p = {0.5f, 0.5f, 0.5f};

@@ -55,7 +55,7 @@ TEST(Configuration, AFileHasANameADescriptionAndSources) {
   EXPECT_THROW(parse_gpu(R"({"sources": 3})", "x"), InputError);
 }
 
-TEST(Configuration, AFileChangesWhatItNamesAndKeepsItsPreset) {
+TEST(Configuration, AFileChangesItsKeysAndKeepsItsPreset) {
   const test::TemporaryFolder folder;
   test::write_text(folder / "gpu.json",
                    R"({"preset": "small", "tile": {"width": 24}, "parameter_buffer": {"full_policy": "spill"}})");
@@ -65,7 +65,7 @@ TEST(Configuration, AFileChangesWhatItNamesAndKeepsItsPreset) {
   EXPECT_EQ(gpu.parameter_buffer.full_policy, binner::FullPolicy::kSpill);
 }
 
-TEST(Configuration, WhatAReplayWritesReadsBackAsTheSameMachine) {
+TEST(Configuration, TheMachineOfAReplayReadsBackAsTheSame) {
   const test::TemporaryFolder folder;
   GpuConfiguration gpu = load_gpu("large");
   gpu.tile.width = 40;
@@ -143,7 +143,7 @@ TEST(Configuration, TheMemoryMayBeGivenInClocksOfTheGpu) {
   EXPECT_DOUBLE_EQ(file.memory.gb_per_s, 8.5);
 }
 
-TEST(Configuration, WhatReplacedAKeyIsNamed) {
+TEST(Configuration, ARemovedKeyNamesItsReplacement) {
   try {
     parse_gpu(R"({"energy": {"leakage_mw": 60}})", "x");
     FAIL();
@@ -153,7 +153,7 @@ TEST(Configuration, WhatReplacedAKeyIsNamed) {
   }
 }
 
-TEST(Configuration, AFormerKeySetsWhatItIsCalledNow) {
+TEST(Configuration, AFormerKeySetsItsSuccessor) {
   for (const FormerKey& former : former_keys()) {
     SCOPED_TRACE(former.name);
     const std::string name(former.name);
@@ -229,7 +229,7 @@ TEST(Configuration, KeysThatTheChosenModelsDoNotReadAreRefused) {
                         Case{"energy.vertex_pj=9", "tessellator.domain_shading=lanes", ""}}) {
     const std::string key = std::string(c.key).substr(0, std::string(c.key).find('='));
     EXPECT_EQ(checked(c.unread, c.key).substr(0, key.size() + 2), key + ": ") << c.key;
-    EXPECT_NE(checked(c.unread, c.key).find("set "), std::string::npos) << "what to set instead";
+    EXPECT_NE(checked(c.unread, c.key).find("set "), std::string::npos) << "the message names the key to set instead";
     EXPECT_EQ(checked(c.read, c.key), "") << c.key;
   }
   EXPECT_EQ(checked(finest, "shader.lanes=16"), "");

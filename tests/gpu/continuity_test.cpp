@@ -64,7 +64,7 @@ RunSettings fine() {
   return settings;
 }
 
-// The stated tolerance: no step changes more than so many times what a step usually does.
+// The stated tolerance: no step changes more than kPop times the usual change of a step.
 constexpr double kPop = 2.0;
 
 // The camera comes closer, so that factors and splits change on the way; a step moves the outline by about a tenth of a
@@ -93,7 +93,7 @@ TEST(Continuity, CoarseTessellationThatPopsIsCaught) {
   EXPECT_GT(largest(steps), kPop * median(steps));
 }
 
-// Splits decide how work is cut, never what is seen: the image does not change at all.
+// Splits decide how work is cut and never change visibility: the image does not change at all.
 TEST(Continuity, SplitLevelsDoNotShow) {
   const Capture capture = scene();
   gpu::GpuConfiguration whole;
@@ -106,7 +106,7 @@ TEST(Continuity, SplitLevelsDoNotShow) {
   }
 }
 
-// Target edge: the surface converges, so a step's change is bounded by what is left to converge: edge^2 / (8 radius)
+// Target edge: the surface converges, so a step's change is bounded by the distance to the limit, edge^2 / (8 radius)
 // pixels.
 TEST(Continuity, TheTargetEdgeChangesTheImageGradually) {
   const Capture capture = scene();
@@ -116,7 +116,7 @@ TEST(Continuity, TheTargetEdgeChangesTheImageGradually) {
     return render(capture, settings);
   };
   const Image finest = image(1);
-  // What is left to converge is a share of a pixel: differences go with the light that there is.
+  // The distance to the limit is a share of a pixel: differences grow with the light of the image.
   const double light = mean_difference(finest, Image(kWidth, kHeight, finest.channels));
   double before = 0;
   for (const double edge : {1.5, 2.0, 3.0, 4.5, 6.0}) {
@@ -164,7 +164,7 @@ TEST(Continuity, ALensThatOpensALittleDefocusesALittle) {
 }
 
 // A threshold of the resolve unit moves blocks from one regime to the next one by one: no step of it changes the
-// image by more than a share of what all of it does, and never by more than the regimes differ.
+// image by more than a share of the whole change, and never by more than the regimes differ.
 TEST(Continuity, ThresholdsOfTheResolveUnitChangeBlocksOneByOne) {
   Capture capture = scene();
   const auto image = [&](double speed) {

@@ -134,7 +134,7 @@ TEST(DomainShading, AVertexThatNeedsMoreRegistersThanThereAreIsRefused) {
 
 // ---- The front end's tables -----------------------------------------------------------------------------------------
 
-TEST(GeometryReads, MoveInTimeWhatTheLedgerSays) {
+TEST(GeometryReads, MoveTheLedgersBytesInTime) {
   for (const char* capture : {"eggs", "serpent"}) {
     const FrameResult frame = recorded(capture);
     timing::FrameWork work = frame.model->record.work;

@@ -77,7 +77,7 @@ void expect_same_images(const tilecore::FrameTargets& a, const tilecore::FrameTa
   EXPECT_EQ(a.patch.values, b.patch.values) << what;
 }
 
-// Tiles that were not rendered, in all frames; images are those of a machine that renders all.
+// Number of tiles that were not rendered, over all frames; the images equal the images of a machine that renders all.
 std::uint64_t eliminated(const Capture& capture, std::vector<std::string> keys, const std::string& what) {
   const auto plain = frames_of(capture, keys);
   keys.push_back(kRendering);
@@ -104,7 +104,7 @@ TEST(RenderingElimination, AStillSceneIsRenderedOnce) {  // IS1
   EXPECT_EQ(eliminated(still.capture, {"stereo.eye_separation=0.3"}, "stereo"), 2 * kAll);
 }
 
-TEST(RenderingElimination, WhatMovesIsRendered) {  // IS1
+TEST(RenderingElimination, MovingObjectsAreRendered) {  // IS1
   Still still;
   test::add_motion(still.capture, still.mover, {0.5, 0.2, 0.1});
   for (const char* shutter : {"shut", "open", "curved"}) {
@@ -121,7 +121,7 @@ TEST(RenderingElimination, WhatMovesIsRendered) {  // IS1
   }
 }
 
-TEST(RenderingElimination, WhatDeformsIsRendered) {  // IS1
+TEST(RenderingElimination, DeformingMeshesAreRendered) {  // IS1
   for (const float close : {0.0f, 0.7f}) {
     Still still;
     scene::Primitive square = test::triangles({{-0.5f, -0.5f, 0}, {0.5f, -0.5f, 0}, {0.5f, 0.5f, 0}, {-0.5f, 0.5f, 0}},
@@ -195,7 +195,7 @@ TEST(RenderingElimination, AnAnimatedMaterialIsRendered) {  // IS1
   animate(AnimatedPath::kTextureRotation, 0, 1, {0, 1});
 }
 
-TEST(RenderingElimination, WhatAllTilesReadIsPartOfTheirInputs) {  // IS1
+TEST(RenderingElimination, CommonInputsArePartOfEveryTilesInputs) {  // IS1
   Still lit;
   test::add_motion(lit.capture, lit.light, {2, 0, 0});
   EXPECT_EQ(eliminated(lit.capture, {}, "moving light"), 0u);
@@ -209,7 +209,7 @@ TEST(RenderingElimination, WhatAllTilesReadIsPartOfTheirInputs) {  // IS1
   EXPECT_EQ(eliminated(lens.capture, {}, "lens"), 0u);
 }
 
-TEST(RenderingElimination, WhatGoesOnFromFrameToFrameOrTileToTileIsNeverTheSame) {  // IS1
+TEST(RenderingElimination, TilesWithStateFromOtherFramesOrTilesAreNeverTheSame) {  // IS1
   Still still;
   test::add_motion(still.capture, still.mover, {0.5, 0.2, 0.1});
   for (const char* key :
@@ -274,12 +274,12 @@ TEST(RenderingElimination, ATileThatIsNotRenderedDoesNoWork) {  // IS2
   EXPECT_EQ(got[1].counters.ledger.traffic(Unit::kResolve, Purpose::kFrameBuffer).written_bytes, 0u);
   EXPECT_EQ(got[1].counters.shading.pixel_shader_invocations, 0u);
   EXPECT_LT(got[1].model->timing.cycles, plain[1].model->timing.cycles / 4);
-  // The first frame costs what its signatures cost.
+  // The first frame costs its signatures alone.
   EXPECT_EQ(got[0].counters.ledger.total().written_bytes, plain[0].counters.ledger.total().written_bytes + kTiles * 8);
   EXPECT_EQ(got[0].counters.ledger.total().read_bytes, plain[0].counters.ledger.total().read_bytes);
 }
 
-TEST(RenderingElimination, WhatIsHashedIsWhatIsCounted) {
+TEST(RenderingElimination, CountsTheHashedBytes) {
   Capture capture;
   const int node = test::add_node(
       capture, test::patches(test::flat_patch({-0.1f, -0.1f, 0}, {0.2f, 0, 0}, {0, 0.2f, 0})), {-2.0, 1.0, 0});
@@ -290,7 +290,7 @@ TEST(RenderingElimination, WhatIsHashedIsWhatIsCounted) {
     return std::pair(frame.counters.elimination.signature_bytes, frame.counters.binner);
   };
   const auto [bytes, binner] = hashed();
-  // A header of 32 bytes and 16 control points; a record of the table; what an entry takes; what a tile does.
+  // The bytes are a header of 32 bytes, 16 control points, the records of the table, the entries and the tiles.
   EXPECT_EQ(bytes, 32 + 16 * 12 + 8 * binner.table_records + 10 * binner.entries + 8 * kTiles);
   // Moving within the shutter it has control points at one key still: the transform moves.
   capture.settings.shutter_close = 1;
@@ -322,7 +322,7 @@ TEST(TransactionElimination, ImagesStayAndTrafficGoes) {
   for (const char* key :
        {"frame_buffer.format=rgba16f", "frame_buffer.format=rgba8", "frame_buffer.compression=lossless",
         "resolve.desampling=adaptive", "frontend.previous_depth_culling=true", "stereo.eye_separation=0.3"}) {
-    // Else what rests is not written without transactions either.
+    // Otherwise blocks at rest are not written without transactions either.
     RunSettings all_written;
     all_written.resolve.skip_unchanged = false;
     const auto plain = frames_of(still.capture, {key}, 0, kFrames, all_written),
@@ -377,7 +377,7 @@ TEST(TransactionElimination, StencilsAcrossTilesGiveTheSamePixels) {
   }
 }
 
-TEST(TransactionElimination, BothTogetherSkipWhatEitherSkips) {
+TEST(TransactionElimination, BothTogetherSkipTheTilesOfEither) {
   Still still;
   test::add_motion(still.capture, still.mover, {0.5, 0.2, 0.1});
   const auto plain = frames_of(still.capture, {}), both = frames_of(still.capture, {kRendering, kTransactions});
@@ -388,7 +388,7 @@ TEST(TransactionElimination, BothTogetherSkipWhatEitherSkips) {
 
 // ---- Against a closed form -----------------------------------------------------------------------------------------
 
-// A sphere in each tile of 32x32 pixels; those of `changing` tiles of 512 come nearer by a hair each frame.
+// A sphere in each tile of 32x32 pixels; the spheres of `changing` tiles of 512 come nearer by a hair each frame.
 Capture spheres_in_tiles(int changing) {
   Capture capture;
   const int material = test::add_material(capture);
@@ -408,7 +408,7 @@ Capture spheres_in_tiles(int changing) {
   return capture;
 }
 
-TEST(RenderingElimination, SpeedUpIsThatOfTheShareOfUnchangedTiles) {
+TEST(RenderingElimination, SpeedUpFollowsFromTheShareOfUnchangedTiles) {
   const auto second_frame = [](int changing, bool eliminates, const char* model) {
     RunSettings settings;
     GpuConfiguration gpu;
@@ -439,7 +439,7 @@ TEST(RenderingElimination, SpeedUpIsThatOfTheShareOfUnchangedTiles) {
 }
 
 // Hashing is work of the binner and of the tile stores, and there is none where nothing is eliminated.
-TEST(Eliminations, HashWhatTheyCompareAndTakeTheTimeOfIt) {
+TEST(Eliminations, HashTheirInputsAndTakeTheTimeOfIt) {
   const auto frame = [](const std::vector<std::string>& settings_of) {
     RunSettings settings;
     GpuConfiguration gpu;
@@ -492,8 +492,8 @@ TEST(CompressedFrames, AreNoSlowerThanRawOnes) {
           return device.render(capture.settings.first_frame);
         };
         const FrameResult raw = render("none"), packed = render("lossless");
-        // Of several cores, tiles that end in another order leave some otherwise balanced: 0.97 to 1.022 on serpent, at
-        // sizes from 320x180 to 1280x720. One core has no such luck.
+        // With several cores, tiles that end in another order can unbalance the cores: 0.97 to 1.022 on serpent, at
+        // sizes from 320x180 to 1280x720. One core has no such effect.
         const double bound = std::string_view(cores) == "1" ? 1.005 : 1.03;
         EXPECT_LE(packed.model->timing.cycles, bound * raw.model->timing.cycles)
             << name << " " << model << " " << format;

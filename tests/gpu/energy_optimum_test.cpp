@@ -1,4 +1,4 @@
-// More of everything is not better: energy of a frame has its least value inside of what a machine may be.
+// A larger machine is not always better: the energy of a frame has its minimum inside the range of machines.
 #include "gpu/device.h"
 #include "gpu/machine_model.h"
 #include "scene/capture_reader.h"

@@ -1,4 +1,4 @@
-// Environments in whole frames: what is behind everything, furnaces, and what lookups of an image cost.
+// Environments in whole frames: the background, furnaces, and the cost of lookups in an environment's image.
 #include "base/parallel.h"
 #include "gpu/device.h"
 #include "gpu/settings.h"
@@ -61,7 +61,7 @@ std::uint64_t texture_bytes(const FrameResult& frame) {
   return frame.counters.ledger.traffic(Unit::kTilecore, Purpose::kTexture).read_bytes;
 }
 
-TEST(Environments, WhatIsBehindEverythingIsTheImage) {
+TEST(Environments, TheBackgroundIsTheImage) {
   Capture capture = ball(metal(0.5f));
   set_image(capture, gradient(), 0.5f);
   const FrameResult frame = frame_of(capture);
@@ -74,7 +74,7 @@ TEST(Environments, WhatIsBehindEverythingIsTheImage) {
     }
 }
 
-// The furnace: nobody can tell the ball from what is behind it.
+// The furnace: the ball cannot be told from its background.
 TEST(Environments, WhiteSurfacesVanishInUniformLight) {
   const auto white = std::make_shared<const shaders::EnvironmentImage>(
       test::sky_image(8, [](const DVec3&) { return DVec3(1.0); }), 0.0);

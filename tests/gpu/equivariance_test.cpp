@@ -12,7 +12,7 @@ using scene::Capture;
 
 constexpr int kWidth = 128, kHeight = 96;
 
-// What is different about a scene: it is placed at `offset` and scaled by `scale` about the origin.
+// Placement of a scene: moved by `offset` and scaled by `scale` about the origin.
 struct Placement {
   DVec3 offset{0.0};
   double scale = 1;

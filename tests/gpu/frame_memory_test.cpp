@@ -1,4 +1,4 @@
-// What a frame takes is bounded by what reading the capture left of its budget.
+// Reading the capture uses a part of the budget; the rest bounds the memory of a frame.
 #include "base/error.h"
 #include "gpu/device.h"
 #include "scene/assembly.h"
@@ -26,7 +26,7 @@ std::uint64_t sub_patch_bytes(const FrameResult& result) {
   return result.counters.frontend.sub_patches * sizeof(frontend::BoundedSubPatch);
 }
 
-TEST(FrameMemory, AFrameThatFitsIsTheSameWhateverIsLeft) {
+TEST(FrameMemory, AFrameThatFitsDoesNotDependOnTheRestOfTheBudget) {
   scene::Capture capture = crowd();
   const FrameResult free = draw(capture);
   ASSERT_GT(sub_patch_bytes(free), 4u << 20);

@@ -39,7 +39,7 @@ void expect_same(const FrameResult& a, const FrameResult& b) {
   EXPECT_EQ(counter_values(a.counters), counter_values(b.counters)) << a.frame;
 }
 
-TEST(FrameStream, FS1FramesAreThoseOfOneDevice) {
+TEST(FrameStream, FS1FramesEqualOneDevices) {
   const scene::Capture capture = turning_sphere();
   for (const std::size_t devices : {1u, 2u, 3u})
     for (const int count : {1, 2, 7}) {
@@ -73,7 +73,7 @@ TEST(FrameStream, FS2ADeviceRendersOneFrameAheadAndEndsBeforeTheLast) {
   }
 }
 
-// Memory that is enough for one frame and not for two: found by halving what is too much.
+// Finds by bisection a memory limit that is enough for one frame and not for two.
 TEST(FrameStream, FS3FramesThatNeedAllOfTheMemoryGetIt) {
   scene::Capture capture = turning_sphere();
   const auto fits = [&](std::uint64_t bytes) {

@@ -1,4 +1,4 @@
-// geometry.encoding: what memory, decoders and images make of it.
+// geometry.encoding: its effect on memory, decoders and images.
 #include "base/error.h"
 #include "gpu/device.h"
 #include "gpu/prepared_capture.h"

@@ -10,8 +10,8 @@ namespace {
 
 constexpr int kWidth = 160, kHeight = 96, kFrames = 5;
 
-// A bumpy sheet below lamps, which moves by some pixels each frame: its highlights stay where they are, so that what
-// was there before tells little.
+// A bumpy sheet below lamps, which moves by some pixels each frame: its highlights stay where they are, so that the
+// previous colours of a place tell little.
 scene::Capture bumps() {
   scene::Capture capture;
   capture.settings.frame_rate = 8;
@@ -91,7 +91,7 @@ TEST(Highlights, BordersAreShadedInFull) {
   EXPECT_GT(found.blocks, 0u);
   EXPECT_EQ(without.blocks, 0u);
   std::cout << "bumps: " << found.psnr << " dB, " << without.psnr << " without the check\n";
-  EXPECT_GT(found.psnr, without.psnr + 1) << "the check is what finds them";
+  EXPECT_GT(found.psnr, without.psnr + 1) << "only the check finds them";
 }
 
 }  // namespace

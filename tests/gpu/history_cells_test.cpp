@@ -10,7 +10,7 @@ namespace {
 
 constexpr int kWidth = 96, kHeight = 64;
 
-// Cells that the first frame of a new device leaves, and those of the second.
+// Cells that the first and the second frame of a new device leave.
 std::array<std::vector<std::uint16_t>, 2> cells_of(const std::shared_ptr<const PreparedCapture>& capture,
                                                    std::size_t threads) {
   RunSettings settings;
@@ -27,7 +27,7 @@ std::array<std::vector<std::uint16_t>, 2> cells_of(const std::shared_ptr<const P
   return cells;
 }
 
-TEST(HistoryCells, OfFreshDevicesAreTheSameOnAnyThreads) {
+TEST(HistoryCells, DoNotDependOnThreads) {
   const scene::Capture walk = scene::read_capture(test::shipped_capture("stroll"));
   const auto capture = std::make_shared<const PreparedCapture>(walk);
   const auto alone = cells_of(capture, 1);

@@ -26,7 +26,7 @@ std::vector<FrameResult> render(const scene::Capture& capture, const std::vector
   return frames;
 }
 
-// What differs where instances are dropped, or their records read.
+// Counters that differ where instances are dropped, or their records read.
 const std::set<std::string_view> kOfCulling = {"frontend.base_patches",
                                                "frontend.bounds_computed",
                                                "frontend.cells",
@@ -44,7 +44,7 @@ const std::set<std::string_view> kOfCulling = {"frontend.base_patches",
                                                "l2.misses",
                                                "dram.read_bytes"};
 
-TEST(InstancedImages, AreThoseOfANodeForEachInstance) {
+TEST(InstancedImages, EqualANodeForEachInstance) {
   const std::vector<std::vector<std::string>> ways = {
       {}, {"frontend.previous_depth_culling=true"}, {"parameter_buffer.bytes=4096"}, {"shading.rate=cache"}};
   Random random(1);
@@ -61,7 +61,7 @@ TEST(InstancedImages, AreThoseOfANodeForEachInstance) {
       auto of_a = counter_values(a.counters);
       EXPECT_GT(of_a["frontend.instances"], 0u);
       EXPECT_GT(of_a["tilecore.sample_hits"], 0u);
-      // Of nodes the front end does not defer what the previous frame hides.
+      // The front end does not defer patches of nodes that the previous frame hides.
       if (f > 0 && keys == ways[1]) continue;
       for (const auto& [name, value] : counter_values(b.counters))
         if (!kOfCulling.contains(name)) {

@@ -74,7 +74,7 @@ TEST_P(InterpolatedSurface, FrameLooksUpHeightsWhereThereAreSomeAndIsTheSameElse
     EXPECT_EQ(rendered(capture, {kFrame, machine}).targets.color.values, frame.targets.color.values) << machine;
   if (!displaced) return;
   EXPECT_GT(frame.counters.shading.height_lookups, plain.counters.shading.height_lookups);
-  // Nearer to short edges, evaluated: what patches of long edges lack of their heights.
+  // The frame is nearer to evaluated short edges: it has the heights that patches of long edges lack.
   const FrameResult fine = rendered(capture, {kEvaluated, "tessellation.target_edge_pixels=0.75"});
   const double of_frame = clipped_psnr(frame.targets.color, fine.targets.color),
                of_plain = clipped_psnr(plain.targets.color, fine.targets.color);

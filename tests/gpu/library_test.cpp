@@ -167,9 +167,9 @@ TEST(Library, TrafficEnergyAndMapsAddUp) {
   EXPECT_GT(maps_of_counters, 5);
 }
 
-// The area is the machine's, in which only what a core has goes with the cores; with overlapping frames one takes twice as
-// long as from one to the next.
-TEST(Library, LatencyAndAreaAreThoseOfTheMachine) {
+// The area is the machine's; the number of cores multiplies only the area of a core. With overlapping frames, one
+// frame takes twice the time from one frame to the next.
+TEST(Library, LatencyAndAreaFollowTheMachine) {
   const auto render = [](const std::map<std::string, tessera::Value>& keys) {
     tessera::Gpu gpu("small");
     for (const auto& [key, value] : keys) gpu.set(key, value);
@@ -278,7 +278,7 @@ TEST(Library, EveryCounterOfAFrameIsDescribed) {
   for (const auto& [name, value] : frame.counters()) EXPECT_TRUE(known.contains(name)) << name;
 }
 
-TEST(Library, SaysWhatItIs) {
+TEST(Library, StatesItsVersionAndSimdTarget) {
   EXPECT_EQ(tessera::version().substr(0, 2), "0.");
   EXPECT_FALSE(tessera::simd_target().empty());
 }

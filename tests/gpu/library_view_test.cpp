@@ -1,4 +1,4 @@
-// tessera::View: what the options of `tessera replay` choose, chosen through the library.
+// tessera::View chooses through the library whatever the options of `tessera replay` choose.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -65,7 +65,7 @@ class LibraryView : public testing::Test {
   const fs::path file_ = test::view_asset().write(folder_.path());
 };
 
-TEST_F(LibraryView, FramesAreThoseOfTheCommandLineWithTheSameChoices) {
+TEST_F(LibraryView, FramesEqualTheCommandLinesWithTheSameChoices) {
   const std::vector<std::uint8_t> usual = of_library({});
   EXPECT_EQ(of_program({}), usual);
   const std::vector<std::vector<Choice>> all = {
@@ -92,7 +92,7 @@ TEST_F(LibraryView, FramesAreThoseOfTheCommandLineWithTheSameChoices) {
   }
 }
 
-TEST_F(LibraryView, WhatTheFileLacksIsRefusedAsTheCommandLineRefusesIt) {
+TEST_F(LibraryView, MissingPartsAreRefusedAsByTheCommandLine) {
   const std::vector<std::pair<Choice, const char*>> wrong = {
       {{"--scene", &View::scene, "third"}, "which has 0 'all', 1 'other'"},
       {{"--camera", &View::camera, "fra"}, "which has 0 'near', 1 'far', 2 'lost'"},
@@ -115,7 +115,7 @@ TEST_F(LibraryView, WhatTheFileLacksIsRefusedAsTheCommandLineRefusesIt) {
   EXPECT_THAT(refusal(both), HasSubstr("--camera auto"));
 }
 
-// The framing is that of the frame's own shape; a camera of the file is none that was made up.
+// The automatic framing follows the frame's own shape; a camera of the file does not count as made up.
 TEST_F(LibraryView, ADeviceSaysWhetherItsCameraWasMadeUp) {
   const auto made_up = [&](const View& view) { return Device(Scene(file_, {}, view)).automatic_camera(); };
   View view;

@@ -1,4 +1,4 @@
-// Light lists: images keep their bits, whatever lights and surfaces do; what making the lists costs is charged.
+// Light lists: images keep their bits for any lights and surfaces; making the lists is charged.
 #include <cmath>
 #include <cstring>
 #include <functional>
@@ -86,7 +86,7 @@ FrameResult frame_of(const Capture& capture, const Keys& keys, IntRect region = 
   return Device(capture, gpu, settings, {kWidth, kHeight, region}).render(0);
 }
 
-// What is no number is no number in both.
+// Compares bits, so NaN equals the same NaN.
 bool same_bits(const FrameResult& a, const FrameResult& b) {
   const std::vector<float>&left = a.targets.color.values, &right = b.targets.color.values;
   return left.size() == right.size() && std::memcmp(left.data(), right.data(), left.size() * sizeof(float)) == 0;
@@ -334,7 +334,7 @@ TEST(LightLists, FramesOfFewRangesAreAsWithoutLists) {  // LL3
   EXPECT_GT(frame_of(hall.capture, {}).counters.lights.lists, 0u);
 }
 
-TEST(LightLists, AreChargedForPlacesTestsRecordsAndWhatTheyKeep) {
+TEST(LightLists, AreChargedForPlacesTestsRecordsAndTileMemory) {
   Hall hall;
   const FrameResult off = frame_of(hall.capture, with({}, "off")), on = frame_of(hall.capture, {});
   const tilecore::LightListCounters& c = on.counters.lights;
@@ -349,7 +349,7 @@ TEST(LightLists, AreChargedForPlacesTestsRecordsAndWhatTheyKeep) {
     return frame.counters.ledger.traffic(memory::Unit::kTilecore, memory::Purpose::kAttributes).read_bytes;
   };
   EXPECT_EQ(attributes(on) - attributes(off), kLamps * tilecore::kLightRecordBytes / 64 * 64);
-  // Corners of places, and records written; the rest is what warps read of these.
+  // Corners of places, and written records; the rest are reads of the records by warps.
   const std::uint64_t least = 36 * c.places + tilecore::kLightRecordBytes * c.listed;
   EXPECT_GT(c.tile_bytes, least);
   EXPECT_EQ((c.tile_bytes - least) % tilecore::kLightRecordBytes, 0u);

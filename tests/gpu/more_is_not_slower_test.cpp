@@ -64,7 +64,7 @@ class MoreIsNotSlower : public testing::TestWithParam<const char*> {
     Device device(capture, {}, RunSettings(), request);
     work_ = std::move(device.render(5).model->record.work);
   }
-  // `check`, with the name of what is twice there, what the machine as it is takes, and what it takes then.
+  // Calls `check` with the name of the doubled part and the times of the machine without and with it.
   template <class Check>
   void with_twice(std::int64_t cores, const Check& check) {
     for (const auto memory : {hardware::MemoryModel::kFluid, hardware::MemoryModel::kBanks})

@@ -1,4 +1,4 @@
-// Motion along curves: what turns, bends or zooms within the shutter, in pieces of linear motion.
+// Motion along curves: objects that turn, bend or zoom within the shutter, in pieces of linear motion.
 #include "base/image_metrics.h"
 #include "gpu/counter_list.h"
 #include "gpu/device.h"
@@ -133,7 +133,7 @@ TEST(MotionSegments, ABladeThatTurnsCoversItsArea) {
   EXPECT_NEAR(share({"sampling.motion_segments=3"}), 2.0 / 3 + std::cos(2.6 / 3) / 3, 0.02);
 }
 
-TEST(MotionSegments, WhatTurnsAllTheWayRoundMoves) {
+TEST(MotionSegments, FullTurnsCountAsMotion) {
   const double turn = 2 * 3.14159265358979;
   const Capture capture = blade(turn);
   const std::vector<std::string> keys = {"sampling.samples_per_pixel=64"};
@@ -172,8 +172,8 @@ TEST(MotionSegments, LinearMotionKeepsOneSegmentItsBitsAndItsCounters) {
   }
 }
 
-// Animations that keep lamp, camera and things where they are cost what no animation costs.
-TEST(MotionSegments, WhatIsAnimatedAndStandsStillCostsNothing) {
+// Animations that keep lamp, camera and objects in place cost nothing.
+TEST(MotionSegments, AnimatedObjectsThatStandStillCostNothing) {
   const auto stage = [](bool animated) {
     Capture capture;
     capture.settings.frame_rate = 1;

@@ -1,4 +1,4 @@
-// Passes of a frame: their names, that what they counted adds up to the frame's, and that machines on which they overlap
+// Passes of a frame: their names, their counters, which add up to the frame's, and machines that overlap them, which
 // take no longer.
 #include "gpu/counter_list.h"
 #include "gpu/device.h"
@@ -95,8 +95,8 @@ INSTANTIATE_TEST_SUITE_P(
                  {"main", "stencils"}}),
     [](const auto& case_of) { return std::string(case_of.param.name); });
 
-// Counters without those of before; a peak stays. The twin: of other counters something is left.
-TEST(FrameCountersSince, AreWhatCameAfterAndPeaksStay) {
+// since() subtracts the earlier counters; a peak stays.
+TEST(FrameCountersSince, SubtractEarlierCountersAndKeepPeaks) {
   FrameCounters before, now;
   before.binner.entries = 3, now.binner.entries = 10;
   before.binner.queue_bytes_peak = 100, now.binner.queue_bytes_peak = 120;
@@ -121,9 +121,9 @@ TEST(Passes, EachEyeHasItsOwn) {
   EXPECT_EQ(counter_values(sum), counter_values(frame.right->counters));
 }
 
-// What transmits is binned beside the tiles of what lies behind. Images and counters do not hang on it; a plain frame
-// takes the same time, and lists that a partial render emptied are waited for.
-TEST(Passes, GeometryOfWhatTransmitsBeginsBeforeWhatIsBehindIsStored) {
+// The front end bins transmissive geometry while the tiles behind it are rendered. Images and counters do not depend
+// on this; a plain frame takes the same time, and lists that a partial render emptied are waited for.
+TEST(Passes, TransmissiveGeometryBeginsBeforeTheBackgroundIsStored) {
   const auto run = [](bool glass, Names keys, const char* overlap) {
     keys.push_back(std::string("machine.overlap=") + overlap);
     return std::move(frames_of(board(glass), keys).front());

@@ -9,7 +9,7 @@
 namespace tessera::gpu::patch_table_test {
 namespace {
 
-TEST(PatchTable, RecordsLieOneBehindTheOther) {
+TEST(PatchTable, RecordsAreContiguous) {
   scene::Capture capture;
   test::add_node(capture, test::closed_patches(scene::kNone));
   test::add_node(capture, test::triangles({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {0, 1, 2}));
@@ -33,8 +33,9 @@ TEST(PatchTable, RecordsLieOneBehindTheOther) {
   EXPECT_EQ(memory.end(), kFirst + (offset + kLine - 1) / kLine);
 }
 
-// A point of a procedure needs the numbers of its piece, not those of all, nor the points of an image.
-TEST(PatchTable, ShadingAProcedureReadsWhatAPointNeeds) {
+// A point of a procedure needs the numbers of its piece alone, neither other pieces' numbers nor the points of an
+// image.
+TEST(PatchTable, ShadingAProcedureReadsTheNumbersOfAPoint) {
   const scene::Capture capture = scene::read_capture(test::shipped_capture("workshop"));
   const scene::Assembly assembly = scene::assemble(capture);
   const auto frame = scene::pose_frame(assembly, scene::choose_camera(capture, 64, 64), {});

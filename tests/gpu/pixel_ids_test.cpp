@@ -1,4 +1,5 @@
-// What each pixel shows: the ids that reports are asked for, beside the layers of the EXR file and closed forms.
+// Ids of the surface that each pixel shows, which reports ask for, against the layers of the EXR file and closed
+// forms.
 #include <map>
 
 #include "gpu/device.h"
@@ -48,7 +49,7 @@ std::vector<std::string> faults(const std::vector<PixelId>& ids, const tilecore:
     if (id.patch == 0 ? id.samples != 0 : id.samples < 1 || id.samples > 4) out.insert("samples");
     if ((id.layers == 0) != (id.nearest_layer == 0)) out.insert("layers");
     if (id.patch == 0) continue;
-    // What procedures draw has no sub-patches.
+    // Procedures have no sub-patches.
     if (!procedures && (id.range.i0 >= id.range.i1 || id.range.j0 >= id.range.j1)) out.insert("empty");
     ranges[id.patch].insert({id.range.i0, id.range.j0, id.range.i1, id.range.j1});
   }
@@ -60,7 +61,7 @@ std::vector<std::string> faults(const std::vector<PixelId>& ids, const tilecore:
 }
 
 // Captures that move, blur, test alpha and blend; and a machine whose lists do not fit.
-TEST(PixelIds, AreThoseOfTheLayersAndOfSubPatches) {
+TEST(PixelIds, EqualTheLayersAndNameSubPatches) {
   for (const char* name : {"eggs", "vases", "garden", "workshop", "flyby"}) {
     const scene::Capture capture = scene::read_capture(test::shipped_capture(name));
     const bool procedures = name == std::string("workshop");

@@ -1,4 +1,4 @@
-// Settings of precision: each does what it says, and no more.
+// Settings of precision: each changes only the values that it names.
 #include <Imath/half.h>
 
 #include "base/half_float.h"
@@ -33,7 +33,7 @@ TEST(HalfFloat, RoundsAsImathDoes) {
     const float ours = round_to_half(value), theirs = static_cast<float>(Imath::half(value));
     return std::isnan(value) ? std::isnan(ours) : ours == theirs && std::signbit(ours) == std::signbit(theirs);
   };
-  // Every half, what lies halfway to the next, and what is beside that.
+  // Every half, the midpoint to the next half, and the floats beside the midpoint.
   for (std::uint32_t bits = 0; bits < 0x10000; ++bits) {
     Imath::half h;
     h.setBits(static_cast<unsigned short>(bits));

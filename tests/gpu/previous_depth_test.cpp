@@ -1,4 +1,4 @@
-// Two-pass occlusion culling by the previous frame's depths: images, what it saves, and what it is charged.
+// Two-pass occlusion culling by the previous frame's depths: images, savings and charges.
 #include "base/parallel.h"
 #include "gpu/counter_list.h"
 #include "gpu/device.h"
@@ -62,7 +62,7 @@ std::uint64_t records_read(const FrameResult& frame) {
   return frame.counters.ledger.traffic(Unit::kFrontend, Purpose::kPatchData).read_bytes;
 }
 
-TEST(PreviousDepth, WhatAWallHidesIsNotRead) {
+TEST(PreviousDepth, GeometryBehindAWallIsNotRead) {
   const scene::Capture capture = wall_before_sheet(DVec3(0.0));
   const auto plain = frames(capture, {}), culling = frames(capture, {kOn});
   for (std::size_t f = 0; f < 2; ++f) EXPECT_EQ(culling[f].targets.color.values, plain[f].targets.color.values);
@@ -118,8 +118,9 @@ class Guesses final : public ViewObserver {
   std::optional<frontend::CoarseDepth> depth_;
 };
 
-// The wall goes; what it hid is seen. SP1 and CD2, and their failing twin: whoever believes the guess draws a hole.
-TEST(PreviousDepth, AGuessThatNobodyVerifiesDrawsAWrongImage) {
+// The wall goes and uncovers the sheet. SP1 and CD2, and their failing twin: a machine that believes the guess draws
+// a hole.
+TEST(PreviousDepth, AnUnverifiedGuessDrawsAWrongImage) {
   const scene::Capture capture = wall_before_sheet(DVec3(-8, 0, 0));
   Guesses guesses;
   Device device(capture, {}, {}, {kWidth, kHeight, {0, 0, kWidth, kHeight}});
@@ -131,7 +132,7 @@ TEST(PreviousDepth, AGuessThatNobodyVerifiesDrawsAWrongImage) {
   const auto culling = frames(capture, {kOn});
   EXPECT_EQ(culling[1].targets.color.values, expected.targets.color.values);
   EXPECT_GT(culling[1].counters.previous_depth.tiles_again, 0u);
-  EXPECT_LT(culling[1].counters.previous_depth.tiles_again, 15u) << "not those that the wall did not touch";
+  EXPECT_LT(culling[1].counters.previous_depth.tiles_again, 15u) << "not the tiles that the wall did not touch";
 }
 
 // CD1, by the nearest samples of pixels, whose depths the auxiliary image has: none is farther than its block.

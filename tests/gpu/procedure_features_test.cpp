@@ -1,4 +1,4 @@
-// What procedures share with other surfaces: blending, normal maps, animation of what shapes them, limits; and variants of
+// Features that procedures share with other surfaces: blending, normal maps, animated shapes, limits; and variants of
 // the sampling controller.
 #include "base/error.h"
 #include "scene/animation.h"
@@ -199,7 +199,7 @@ TEST(AnimatedProcedures, SampledAndTessellatedShowTheSameBlurredImage) {
   const FrameResult sampled = render(capture, {}, 320, 180),
                     tessellated = render(capture, {Settings::Path::kTessellated}, 320, 180);
   EXPECT_GT(decibels(sampled, tessellated), 38);
-  // The twins: what is blurred is neither key's image.
+  // The twins: the blurred image is neither key's image.
   EXPECT_LT(decibels(sampled, render(growing(0.15f, 0.15f), {}, 320, 180)), 30);
   EXPECT_LT(decibels(sampled, render(growing(0.15f, 0.9f, false), {}, 320, 180)), 30);
 }
@@ -212,7 +212,7 @@ TEST(AnimatedProcedures, WithoutChannelsTheyAreTheCapturesOwn) {  // AP2
   for (const std::size_t key : {0u, 1u}) EXPECT_EQ(&posed.at(capture, 0, key), &capture.procedures[0]);
 }
 
-TEST(AnimatedProcedures, OfOneValueTheyAreThoseOfTheFile) {  // AP1
+TEST(AnimatedProcedures, WithOneValueTheyEqualTheFile) {  // AP1
   scene::Capture still = growing(0.5f, 0.5f);
   const FrameResult animated = render(still, {.spp = 4});
   still.animations.clear();

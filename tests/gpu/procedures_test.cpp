@@ -162,7 +162,7 @@ TEST(Procedures, BehindAWallAreHardlyEvaluated) {
   EXPECT_GT(half.counters.sampling.samples, free.counters.sampling.samples / 4);
 }
 
-// A sphere before a wall of procedures, in another order of the lists: what a cell hides is culled as well.
+// A sphere before a wall of procedures, in another order of the lists: geometry that a cell hides is culled as well.
 TEST(Procedures, AreEntriesOfTheCommonLists) {
   const scene::Capture capture = mixed_scene(true);
   const FrameResult drawn = render(capture, {.spp = 4});

@@ -1,4 +1,4 @@
-// Random scenes with everything in them: whatever finds what is visible, the image has the same bits.
+// Random scenes with every feature: the image has the same bits with every visibility method.
 #include "gpu/device.h"
 #include "gpu/settings.h"
 #include "tests/support/tests.h"

@@ -1,4 +1,4 @@
-// Records of frames: files, and what they hang on.
+// Records of frames: their files, and the keys that change them.
 #include "gpu/record_file.h"
 #include "base/error.h"
 #include "gpu/device.h"
@@ -29,7 +29,7 @@ timing::FrameWork record(const scene::Capture& capture, const GpuConfiguration& 
   return std::move(device.render(frame).model->record.work);
 }
 
-// The record hangs on no key of timing. (What its other keys change is theirs.)
+// The record depends on no key of timing.
 TEST(Record, TimingKeysLeaveItAlone) {
   const scene::Capture capture = small_scene();
   const std::string bytes = timing::encode(record(capture, {}));
@@ -87,7 +87,7 @@ class RecordFile : public testing::Test {
   test::TemporaryFolder folder_;
 };
 
-TEST_F(RecordFile, GivesBackWhatWasWritten) {  // RF1
+TEST_F(RecordFile, ReadsBackTheWrittenFrames) {  // RF1
   const scene::Capture capture = small_scene();
   const std::vector<timing::FrameWork> frames = {record(capture, {}, 0), record(capture, {}, 1)};
   const std::filesystem::path file = write(frames);
@@ -105,7 +105,7 @@ TEST_F(RecordFile, GivesBackWhatWasWritten) {  // RF1
   EXPECT_FALSE(reader.next());
 }
 
-TEST_F(RecordFile, RefusesWhatIsCutOffOrDamaged) {  // RF2
+TEST_F(RecordFile, RefusesCutAndDamagedFiles) {  // RF2
   const std::filesystem::path file = write({record(small_scene(), {})});
   const std::string bytes = test::read_text(file);
   for (std::size_t size = 0; size < bytes.size(); size += size < 40 || size + 40 > bytes.size() ? 1 : 97) {
@@ -152,7 +152,7 @@ TEST_F(RecordFile, RefusesWhatIsCutOffOrDamaged) {  // RF2
 }
 
 // Work that would be simulated without end.
-TEST_F(RecordFile, RefusesWhatNoMachineDoes) {  // RF2
+TEST_F(RecordFile, RefusesImpossibleWork) {  // RF2
   const timing::FrameWork plain = record(small_scene(), {});
   const auto refused = [&](const auto& change) {
     timing::FrameWork work = plain;

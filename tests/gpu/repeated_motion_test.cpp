@@ -1,5 +1,5 @@
-// Motion that repeats itself while the shutter is open, or turns several times: blurred as it is, however often and
-// whatever it is that moves, against the mean of still frames at random times.
+// Motion that repeats itself while the shutter is open, or turns several times: the frame is blurred accordingly, for
+// any number of repetitions and any moving geometry, against the mean of still frames at random times.
 #include <functional>
 
 #include "base/image_metrics.h"
@@ -210,7 +210,7 @@ Image render(const Capture& capture, const std::vector<std::string>& keys) {
   return color;
 }
 
-// So many that the mean's own noise is that of 50 dB or less.
+// Number of still frames: the noise of their mean is at most the noise of an image of 50 dB.
 constexpr int kStills = 512;
 
 // Still frames at a random time in each of `count` equal parts of the shutter.
@@ -264,10 +264,10 @@ TEST(RepeatedMotion, IsBlurredHoweverOftenItRepeats) {
   }
 }
 
-// Of the frames of several seeds, against the truth; mean squares.
+// Mean squared errors of the frames of several seeds against the truth.
 struct Noise {
   double of_one = 0;  // of a frame
-  double bias = 0;    // of what no number of frames takes away
+  double bias = 0;    // the part that no number of frames averages out
   double random = 0;  // of a frame whose samples have independent times: c (1 - c) / n where a pixel is covered for c
 };
 Noise noise_of(const Capture& capture, const std::vector<std::string>& keys, const Image& truth, int samples) {
@@ -297,7 +297,7 @@ Noise noise_of(const Capture& capture, const std::vector<std::string>& keys, con
 
 // One frame of 64 samples, however often the motion repeats itself: a pixel's samples see nearly as many phases of it.
 // Samples lie in 64 of 67 parts of the shutter. So a pixel that is covered for a share c of the time has a variance of
-// c (1 - c) 3 / 64^2, which is 3 / 64 of that of independent times. A scale whose blur covers a third of the frame has
+// c (1 - c) 3 / 64^2, which is 3 / 64 of the variance of independent times. A scale whose blur covers a third of the frame has
 // 30.3 dB with independent times, so 43.6 dB with these; the places of the samples in the pixel add as much noise (they
 // alone leave 41.4 dB where regular times blur two repetitions), and a frame may be half a decibel short of 40 dB.
 TEST(RepeatedMotion, OnRequestUpTo2048SegmentsBlurSixtyFourCycles) {

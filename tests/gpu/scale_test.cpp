@@ -1,5 +1,5 @@
-// Scenes of ten million triangles and frames of 133 million samples: what they take of memory, and that what is not
-// seen costs little.
+// Scenes of ten million triangles and frames of 133 million samples: their memory, and the small cost of hidden
+// geometry.
 #include <sys/resource.h>
 
 #include "bench/support/timing.h"
@@ -71,7 +71,7 @@ double median_frame(Device& device, int frames) {
 }
 
 // A ratio within one run. One in a hundred of ten million triangles is in view, against a hundred thousand that all are.
-TEST(Scale, WhatIsNotVisibleCostsLessThanWhatIs) {
+TEST(Scale, HiddenGeometryCostsLessThanVisibleGeometry) {
   const scene::Capture large = wavy_square(kTenMillion, 0.075f), small = wavy_square(kHundredThousand, 1.1f);
   const RenderRequest request{1280, 720, {0, 0, 1280, 720}, false};
   Device of_large(large, {}, {}, request), of_small(small, {}, {}, request);

@@ -1,5 +1,4 @@
-// Shadows of lights from their maps: closed forms of where they fall, what looking them up without a bias does, what their
-// passes cost.
+// Shadows of lights from their maps: closed forms of their places, lookups without a bias, the cost of their passes.
 #include "base/error.h"
 #include "base/parallel.h"
 #include "gpu/device.h"
@@ -17,7 +16,7 @@ using scene::Capture;
 using shaders::Light;
 
 constexpr int kSide = 128;
-constexpr double kHalf = 4;  // of what the camera sees, scene units
+constexpr double kHalf = 4;  // half the side of the camera's view, scene units
 
 using scene::made::looking;
 
@@ -94,7 +93,8 @@ double to_square(const DVec2& place, const DVec2& middle, double half) {
   return std::max(off.x, off.y);
 }
 
-// Pixels that are wrong, of those that are farther than `margin` scene units from the shadow's edge and are not the card's.
+// Wrong pixels among the pixels that are farther than `margin` scene units from the shadow's edge and do not show the
+// card.
 struct Wrong {
   int lit = 0, dark = 0, looked_at = 0;
 };
@@ -282,9 +282,9 @@ TEST(Shadows, AMapStoresItsTexelsAndClearedTilesAreAFlag) {
   EXPECT_GT(frame.passes[1].counters.ledger.traffic(Unit::kTilecore, Purpose::kShadowMap).read_bytes, 0u);
 }
 
-// Known answer: what storing an image of 4 bytes a pixel moves at 60 Hz. Arm's sample of render passes on a Mali-G71 shows
-// 554.8 MiB/s (581.7 MB/s) for it.
-TEST(Shadows, StoringAnImageOfArmsSampleMovesWhatTheClosedFormSays) {
+// Known answer: traffic of storing an image of 4 bytes a pixel at 60 Hz. Arm's sample of render passes on a Mali-G71
+// shows 554.8 MiB/s (581.7 MB/s) for it.
+TEST(Shadows, StoringAnImageOfArmsSampleMovesTheBytesOfTheClosedForm) {
   Floor floor;
   floor.capture.settings.background = Vec3(0.1f, 0.2f, 0.3f);
   constexpr int kWidth = 2220, kHeight = 1080;
@@ -299,7 +299,8 @@ TEST(Shadows, StoringAnImageOfArmsSampleMovesWhatTheClosedFormSays) {
   EXPECT_NEAR(megabytes / 581.7, 1.0, 0.1);
 }
 
-// A still map in the second frame costs nothing, by elimination alone; what looks it up does not change either.
+// A still map in the second frame costs nothing, by elimination alone; the tiles that look it up do not change
+// either.
 TEST(Shadows, AStillMapIsNotRenderedAgain) {
   Floor floor;
   add_light(floor.capture, {}, {0, 0, 0}, {1, -1, 0});
@@ -322,7 +323,7 @@ TEST(Shadows, AStillMapIsNotRenderedAgain) {
 
 // A card that moves over a floor which rests: tiles that only its shadow reaches are rendered again, and pixels that it
 // reaches or leaves are shaded anew.
-TEST(Shadows, WhatRestsIsRenderedAgainWhereAShadowMoves) {
+TEST(Shadows, StillSurfacesAreRenderedAgainWhereAShadowMoves) {
   Floor floor({-1, 2, 0});
   add_light(floor.capture, {}, {0, 0, 0}, {1, -1, 0});
   scene::made::play(
@@ -353,8 +354,8 @@ TEST(Shadows, WhatRestsIsRenderedAgainWhereAShadowMoves) {
   EXPECT_LT(worst, 0.05);
 }
 
-// FSH1 and AT1 where tiles of maps are beside those of the image (gpu/cost_attribution.h), by both timing models.
-TEST(Shadows, SharesOfDrawablesAddUpAndTilesAreThoseOfTheImage) {
+// FSH1 and AT1 with tiles of shadow maps beside tiles of the image (gpu/cost_attribution.h), by both timing models.
+TEST(Shadows, SharesOfDrawablesAddUpAndTilesBelongToTheImage) {
   Floor floor;
   add_light(floor.capture, {}, {0, 0, 0}, {1, -1, 0});
   for (const char* timing : {"machine.timing=phases", "machine.timing=events"}) {

@@ -40,7 +40,7 @@ double brightness(const Image& image) {
 
 enum class Carried { kByNode, kBySkin };
 
-// What carries the mesh, and what it is.
+// Placement of the mesh, and its sides.
 struct Case {
   const char* name;
   DVec3 scale{1.0};
@@ -110,7 +110,7 @@ Capture stage(const Case& of, Carried carried, scene::Primitive primitive, bool 
   return capture;
 }
 
-TEST(SkinnedImages, AreThoseOfARigidMesh) {
+TEST(SkinnedImages, EqualARigidMesh) {
   for (const bool moving : {false, true})
     for (const bool patches : {false, true})
       for (const Case& of : cases()) {
@@ -119,7 +119,7 @@ TEST(SkinnedImages, AreThoseOfARigidMesh) {
         const Image rigid = render(stage(of, Carried::kByNode, mesh(), moving)),
                     skinned = render(stage(of, Carried::kBySkin, mesh(), moving));
         EXPECT_GT(brightness(rigid), 0.005);
-        // docs/stability.md: at most 0.2 % of the pixels.
+        // docs/hard_cases.md: at most 0.2 % of the pixels.
         EXPECT_LE(pixels_apart(rigid, skinned, 0.004f), kWidth * kHeight / 500);
       }
 }
@@ -147,7 +147,7 @@ Capture turning_inside_out(scene::Primitive primitive, bool double_sided, const 
   return capture;
 }
 
-TEST(SkinnedImages, WindingIsThatOfTheSamplesTime) {
+TEST(SkinnedImages, WindingFollowsTheSamplesTime) {
   const auto square = [] {
     return test::triangles({{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}}, {0, 1, 2, 0, 2, 3});
   };
@@ -157,7 +157,7 @@ TEST(SkinnedImages, WindingIsThatOfTheSamplesTime) {
                 both = render(turning_inside_out(square(), true, DVec3(1), to), {"sampling.samples_per_pixel=64"});
     EXPECT_GT(both.at(kWidth / 2, kHeight / 2)[0], 0.9f);
     EXPECT_LE(pixels_apart(single, both, 0.02f), kWidth * kHeight / 500) << share;
-    // The twin: with one winding for the whole shutter, that of its middle, the shorter part of it is lost. That part
+    // The twin: one winding for the whole shutter, taken at its middle, loses the shorter part. That part
     // covers the place x from the middle for (min(1, share) - x) / (1 + share) of the time, in halves of the square.
     const Image one = render(turning_inside_out(square(), false, DVec3(1), to),
                              {"sampling.samples_per_pixel=64", "sampling.motion_segments=1"}),
@@ -166,7 +166,7 @@ TEST(SkinnedImages, WindingIsThatOfTheSamplesTime) {
     EXPECT_GT(pixels_apart(one, both, 0.1f), 0.9 * lost * pixels_apart(still, Image(kWidth, kHeight, 4), 0.5f))
         << share;
   }
-  // Of a closed body the inside is never seen, whichever way it is turned: with its sides exchanged it is the far one.
+  // The inside of a closed body is never seen, whichever way the body is turned: exchanged sides show the far side.
   const Image ball = render(turning_inside_out(test::closed_patches(scene::kNone), false, DVec3(1), DVec3(1, -1, 1)));
   const Image all = render(turning_inside_out(test::closed_patches(scene::kNone), true, DVec3(1), DVec3(1, -1, 1)));
   EXPECT_LE(pixels_apart(ball, all, 0.02f), kWidth * kHeight / 200);

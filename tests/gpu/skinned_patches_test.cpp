@@ -1,5 +1,5 @@
-// Bezier patches that a skin carries are the image of those that a node carries, mirrored or not: their normals follow from
-// control points, which a skin turns over.
+// Bezier patches that a skin carries give the same image as patches that a node carries, mirrored or not: their
+// normals follow from control points, which a skin turns over.
 #include "gpu/device.h"
 #include "gpu/settings.h"
 #include "tests/support/tests.h"

@@ -1,4 +1,5 @@
-// Frames of a scene at rest: the host keeps what front end and binner made, the emulated machine does it again.
+// Frames of a scene at rest: the host keeps the results of front end and binner, the emulated machine makes them
+// again.
 #include "gpu/counter_list.h"
 #include "gpu/device.h"
 #include "gpu/settings.h"
@@ -44,7 +45,7 @@ void expect_frames_of_a_fresh_device(const GpuConfiguration& gpu, const RunSetti
   }
 }
 
-TEST(StillFrames, PL1AreThoseOfAFreshDevice) { expect_frames_of_a_fresh_device({}, {}); }
+TEST(StillFrames, PL1EqualAFreshDevices) { expect_frames_of_a_fresh_device({}, {}); }
 
 TEST(StillFrames, PL1HoldsWithPartialRenders) {
   GpuConfiguration gpu;
@@ -65,7 +66,7 @@ TEST(StillFrames, PL1HoldsForEachSeedAndRate) {
   }
 }
 
-// A list that was kept holds what the frame needs: it is not filled twice, nor read when the scene moved on.
+// A kept list holds all entries of the frame: it is not filled twice, nor read when the scene has moved on.
 TEST(StillFrames, KeepTheirLists) {
   const scene::Capture capture = spheres();
   Device device(capture, {}, {}, request());

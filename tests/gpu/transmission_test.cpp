@@ -1,5 +1,5 @@
-// What transmits, in a pass over an image of everything else: closed forms of what is seen through it, the same image
-// for any tiles, and what the passes cost.
+// Transmissive surfaces, in a pass over an image of everything else: closed forms of the view through them, the same
+// image for any tiles, and the cost of the passes.
 #include "base/error.h"
 #include "base/parallel.h"
 #include "base/round_up.h"
@@ -79,8 +79,9 @@ Vec3 pixel(const FrameResult& frame, int x, int y) {
 // Pixels of the pane that the sphere does not hide.
 bool in_pane(int x, int y) { return x >= 8 && x < 30 && y > 14 && y < 50; }
 
-// A pane seen head-on lets through all but what it reflects, single and multiple: the same share of everything.
-TEST(Transmission, APaneDimsWhatIsBehindItByItsReflectance) {
+// A pane seen head-on passes all light that it does not reflect, single and multiple reflections included: the same
+// share of everything.
+TEST(Transmission, APaneDimsItsBackgroundByItsReflectance) {
   const FrameResult with = frame_of(Window(glass()).capture), without = frame_of(Window(glass(), false).capture);
   const auto shares = shaders::layered_shares(shaders::environment_reflectance(0.0f, 1.0f), 0.04f, 1.0f);
   const float passes = 1 - shares.single - shares.multiple;
@@ -104,7 +105,7 @@ TEST(Transmission, APaneDimsWhatIsBehindItByItsReflectance) {
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(sum[c] / sum_behind[c], passes, 0.005f);
 }
 
-// Beer's law: a pane of thickness d leaves colour^(d / distance) of what passes a clear one.
+// Beer's law: a pane of thickness d leaves colour^(d / distance) of the light that a clear one passes.
 TEST(Transmission, AVolumeAbsorbsByBeersLaw) {
   scene::Material clear = glass(), tinted = glass();
   for (scene::Material* m : {&clear, &tinted}) {
@@ -124,7 +125,7 @@ TEST(Transmission, AVolumeAbsorbsByBeersLaw) {
     }
 }
 
-// A tilted slab shifts what is behind it: by thickness times the refracted direction's share across the view.
+// A tilted slab shifts its background by thickness times the refracted direction's share across the view.
 TEST(Transmission, ARefractedRayEndsWhereSnellsLawSays) {
   scene::Material m = glass();
   m.effects[static_cast<std::size_t>(MaterialEffect::kVolume)] = true;
@@ -134,7 +135,7 @@ TEST(Transmission, ARefractedRayEndsWhereSnellsLawSays) {
   window.capture.nodes[static_cast<std::size_t>(window.pane)].transform.rotation =
       glm::angleAxis(kTilt, DVec3(0, 1, 0));
   const FrameResult with = frame_of(window.capture), without = frame_of(Window(m, false).capture);
-  // Of the ray along -z below a surface whose normal is (sin, 0, cos) of the tilt.
+  // Refraction of the ray along -z below a surface whose normal is (sin, 0, cos) of the tilt.
   const double inside = std::asin(std::sin(kTilt) / 1.5), across = -0.8 * std::sin(kTilt - inside);
   const double shift = across * kHeight / 4;  // the camera sees four units over its height
   // Correlates rows with shifted ones: the best shift is Snell's.
@@ -179,7 +180,7 @@ TEST(Transmission, RoughPanesBlur) {
 }
 
 // Something in front of a pane is not seen through it; something that blends, neither.
-TEST(Transmission, OnlyWhatIsOpaqueIsSeenThrough) {
+TEST(Transmission, OnlyOpaqueSurfacesAreSeenThroughGlass) {
   Window window(glass());
   scene::Material veil;
   veil.alpha_mode = scene::AlphaMode::kBlend;
@@ -189,7 +190,7 @@ TEST(Transmission, OnlyWhatIsOpaqueIsSeenThrough) {
   test::add_node(veiled.capture, sheet(1.0f, test::add_material(veiled.capture, veil)), {-1.2, 0, 0.5});
   const FrameResult plain = frame_of(window.capture), behind = frame_of(veiled.capture);
   EXPECT_EQ(pixel(plain, 15, 32), pixel(behind, 15, 32));
-  // Before the pane it blends over what the pane shows.
+  // A veil before the pane blends over the pane's colour.
   Window before(glass());
   test::add_node(before.capture, sheet(1.0f, test::add_material(before.capture, veil)), {-1.2, 0, 1.5});
   const Vec3 seen = pixel(frame_of(before.capture), 15, 32), pane = pixel(plain, 15, 32);
@@ -236,8 +237,8 @@ TEST(Transmission, TR1TheFrameIsTheSameForAnyTiles) {
     });
 }
 
-// The check sees a change of what is behind.
-TEST(Transmission, TR1SeesWhatIsBehindPanesChange) {
+// The check notices a change behind the panes.
+TEST(Transmission, TR1NoticesAChangeBehindPanes) {
   Capture capture = moving_panes();
   const FrameResult expected = frame_of(capture);
   for (scene::Material& m : capture.materials)
@@ -255,8 +256,8 @@ TEST(Transmission, TR2WithoutAnythingThatTransmitsThereIsOnePass) {
   EXPECT_EQ(frame.model->record.work.rounds.size(), 1u);
 }
 
-// What the passes move: each level once, 8 bytes a texel in whole bursts; each but the last read once. Tiles that the pane
-// may touch are rendered twice.
+// Traffic of the passes: each level is written once, 8 bytes a texel in whole bursts; each but the last is read once.
+// Tiles that the pane may touch are rendered twice.
 TEST(Transmission, ThePassesAreCharged) {
   const FrameResult frame = frame_of(Window(glass()).capture);
   std::uint64_t written = 0, read = 0, reduced = 0;
@@ -281,7 +282,7 @@ TEST(Transmission, ThePassesAreCharged) {
   // Panes read the image as a texture; the board's is small.
   EXPECT_GT(frame.counters.texture.texels, frame_of(Window(glass(), false).capture).counters.texture.texels);
   ASSERT_TRUE(frame.model);
-  ASSERT_EQ(frame.model->record.work.rounds.size(), 3u) << "what is behind, its levels, what transmits";
+  ASSERT_EQ(frame.model->record.work.rounds.size(), 3u) << "background, its levels, transmissive surfaces";
   std::uint64_t pixels = 0, operations = 0;
   for (const timing::WorkRound& round : frame.model->record.work.rounds)
     for (const timing::TileWork& tile : round.tiles)
@@ -305,7 +306,7 @@ TEST(Transmission, ARegionAndBaselinesAreRefusedAndDesamplingLeftOut) {
   EXPECT_NE(adaptive.effect_reasons.at("desampling").find("transmit"), std::string::npos);
 }
 
-// A frame's image of what is behind is stored anew: what caches hold of it from the frame before is no more.
+// The scene-color image is stored anew in each frame: cached lines of the previous frame's image are dropped.
 TEST(Transmission, AStoreDropsTheLinesThatCachesHold) {
   GpuConfiguration gpu;
   RunSettings settings;

@@ -52,7 +52,7 @@ void expect_same(const tessera::Frame& a, const tessera::Frame& b) {
   }
 }
 
-TEST(Devices, InThreadsOfTheirOwnGiveWhatEachGivesAlone) {
+TEST(Devices, InThreadsOfTheirOwnGiveTheSameFramesAsAlone) {
   const tessera::Scene scene(TESSERA_SOURCE_DIR "/captures/eggs.glb");
   const std::vector<Work> work = all_work();
   std::vector<std::vector<tessera::Frame>> alone, together(work.size());

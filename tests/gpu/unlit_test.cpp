@@ -1,5 +1,4 @@
-// What unlit colours are: light as the material has it, whatever lamps there are, and shown through the tone map as all
-// light is.
+// Unlit colours are light as the material has it, with any lamps, and go through the tone map as all light does.
 #include "base/color.h"
 #include "gpu/device.h"
 #include "shaders_cpp/tone_map.h"

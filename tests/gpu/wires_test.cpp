@@ -109,8 +109,8 @@ TEST(WiresInTheMachine, TheImageDoesNotDependOnTheTiles) {
   }
 }
 
-// A camera that moves sideways by as many pixels as the shutter is open smears a point over as many: what each pixel
-// sees adds up to the point's area, and is the same on the way.
+// A camera that moves sideways by some pixels while the shutter is open smears a point over as many pixels: the
+// pixels add up to the point's area, and are equal along the way.
 TEST(WiresInTheMachine, AMovingCameraSmearsAPoint) {
   Capture capture = stage(DVec3(0.5, 0, 1));
   test::add_node(capture, test::points({at(24, 10.5f)}, white(capture)));
@@ -129,7 +129,7 @@ TEST(WiresInTheMachine, AMovingCameraSmearsAPoint) {
   EXPECT_NEAR(sum, 1, 0.1);
 }
 
-TEST(WiresInTheMachine, AHiddenNodeIsNobodysWork) {
+TEST(WiresInTheMachine, AHiddenNodeCausesNoWork) {
   Capture capture = stage();
   test::add_node(capture, test::triangles({{-1, -1, 0}, {1, -1, 0}, {0, 1, 0}}, {0, 1, 2}, white(capture)));
   EXPECT_GT(render(capture).at(24, 20)[3], 0.0f);

@@ -8,7 +8,7 @@ namespace {
 
 const OtherParts kOthers = {256 << 10, 16 << 10, true, true};
 
-TEST(Area, UnitsAddUpAndThoseOfCoresAreProportionalToThem) {  // AREA1
+TEST(Area, UnitsAddUpAndUnitsOfCoresAreProportionalToThem) {  // AREA1
   Machine gpu = test::coarse_machine();
   const Area one = machine_area(gpu, kOthers);
   double sum = 0;
@@ -25,7 +25,7 @@ TEST(Area, UnitsAddUpAndThoseOfCoresAreProportionalToThem) {  // AREA1
   EXPECT_DOUBLE_EQ(three.by_unit_mm2.at("other_memories"), gpu.silicon.sram_mm2_per_kib * (256 + 12 * 16));
 }
 
-TEST(Area, IsThatOfItsPartsByHand) {  // AREA1
+TEST(Area, EqualsItsPartsByHand) {  // AREA1
   Machine gpu = test::coarse_machine();
   gpu.cores.count = 1;
   const Area area = machine_area(gpu, {});
@@ -54,7 +54,7 @@ TEST(Area, UnitsThatAMachineLacksTakeNone) {
   EXPECT_NEAR(unit - machine_area(gpu, {}).total_mm2(), 0.12, 1e-12) << "transforms are as large as one vertex";
 }
 
-// Nothing that makes a machine faster is free; what is no silicon of the GPU is.
+// Every rate and every memory of the GPU costs area; energies, external memory and the clock do not.
 TEST(Area, MoreOfAnyRateOrMemoryIsNeverSmaller) {  // AREA2
   const std::vector<std::string> larger = {"tilecore.count",
                                            "tilecore.memory_bytes",

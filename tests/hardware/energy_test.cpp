@@ -31,7 +31,7 @@ TEST(EnergyByVoltage, GoesWithItsSquareLeakageWithItAndTheMemoryNot) {
   }
 }
 
-TEST(Power, IsThatOfTheTargetRateAndLeaksBetweenFrames) {
+TEST(Power, FollowsTheTargetRateAndLeaksBetweenFrames) {
   Machine gpu = test::coarse_machine();
   gpu.clock_mhz = 1000;
   FrameEnergy energy;

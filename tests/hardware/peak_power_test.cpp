@@ -1,4 +1,4 @@
-// Watts of the described machine at its peak rate of fused operations, against published ones (docs/calibration.md).
+// Watts of the described machine at its peak rate of fused operations, against published ones (docs/validation.md).
 #include <regex>
 
 #include "gpu/configuration.h"
@@ -9,7 +9,7 @@
 namespace tessera::hardware::peak_power_test {
 namespace {
 
-// Of a machine whose lanes all issue an instruction in every clock of a second, without memory.
+// Peak rate of a machine whose lanes all issue an instruction in every clock of a second, without memory.
 double peak_gops(const Machine& gpu) {
   return static_cast<double>(gpu.shader.lanes * gpu.cores.count) * gpu.clock_mhz * 1e-3;
 }
@@ -21,21 +21,22 @@ double peak_watts(Machine gpu) {
   return power_w(gpu, frame_energy(gpu, events, cycles, machine_area(gpu, {}).total_mm2()), cycles, 1);
 }
 
-// What TSMC says that 7 nm takes of the power of 16 nm (2018), and 5 nm of that of 7 nm (2020), at the same speed.
+// Power at the same speed by TSMC's figures: 7 nm takes 60 % less than 16 nm (2018), and 5 nm takes 30 % less than 7
+// nm (2020).
 constexpr double kPowerOf7Per16 = 1 - 0.6, kPowerOf5Per7 = 1 - 0.3;
 
-// A part that was measured: its peak rate of fused operations, and what it draws at 7 nm for a rate of ours.
+// A measured part: its peak rate of fused operations, and its power at 7 nm for a rate of ours.
 struct Part {
   double gops, watts, to_7nm;
   double at(double rate) const { return watts * to_7nm * rate / gops; }
 };
 // Notebookcheck, by Apple's own counters, of the GPU alone: 2.6 TFLOPS with 10 W; 5.3 TFLOPS with 15 to 20.6 W.
 constexpr Part kAppleM1 = {1300, 10, 1 / kPowerOf5Per7}, kAppleM1Pro = {2650, 20.6, 1 / kPowerOf5Per7};
-// AnandTech 2017, Manhattan 3.1 off screen, of the phone without what it draws idle: four and eight cores of Mali that do
-// 12 fused operations a clock, at 900 and 1037 MHz.
+// AnandTech 2017, Manhattan 3.1 off screen, power of the phone less its idle power: four and eight cores of Mali that
+// do 12 fused operations a clock, at 900 and 1037 MHz.
 constexpr Part kKirin950 = {4 * 12 * 0.9, 2.75, kPowerOf7Per16}, kKirin960 = {8 * 12 * 1.037, 8.63, kPowerOf7Per16};
 
-TEST(PeakPower, IsWithinTwiceThatOfAGpuWithCountersOfItsOwn) {
+TEST(PeakPower, IsWithinTwiceTheMeasuredPowerOfAGpu) {
   const Machine gpu;
   for (const Part& part : {kAppleM1, kAppleM1Pro}) {
     const double ratio = peak_watts(gpu) / part.at(peak_gops(gpu));
@@ -45,20 +46,20 @@ TEST(PeakPower, IsWithinTwiceThatOfAGpuWithCountersOfItsOwn) {
 }
 
 // A phone's figure holds its processors, its memory and its regulators: an upper bound.
-TEST(PeakPower, IsAThirdOfWhatWholePhonesDraw) {
+TEST(PeakPower, IsAThirdOfThePowerOfWholePhones) {
   const Machine gpu;
   EXPECT_NEAR(kKirin950.at(peak_gops(gpu)) / peak_watts(gpu), 2.8, 0.05);
   EXPECT_NEAR(kKirin960.at(peak_gops(gpu)) / peak_watts(gpu), 3.8, 0.05);
 }
 
-TEST(PeakPower, IsWhatThePageSays) {
-  std::ifstream page(TESSERA_SOURCE_DIR "/docs/calibration.md");
+TEST(PeakPower, EqualsThePage) {
+  std::ifstream page(TESSERA_SOURCE_DIR "/docs/validation.md");
   std::string line;
   std::smatch cells;
   const std::regex row(R"(\| `mid-mobile` \| 7 \| ([0-9.]+) \| ([0-9.]+) \|.*)");
   while (std::getline(page, line) && !std::regex_match(line, cells, row)) {
   }
-  ASSERT_EQ(cells.size(), 3u) << "docs/calibration.md has no row of mid-mobile at its peak rate";
+  ASSERT_EQ(cells.size(), 3u) << "docs/validation.md has no row of mid-mobile at its peak rate";
   EXPECT_NEAR(std::stod(cells[1]), peak_gops({}), 0.05);
   EXPECT_NEAR(std::stod(cells[2]), peak_watts({}), 0.005);
 }
@@ -85,7 +86,7 @@ TEST(EnergyOfAnInstruction, IsAQuarterOfThePublishedOneAndItsRangeHoldsBothPubli
     EXPECT_LT(at_45nm * by_transistors, value) << name;
     EXPECT_LT(value, at_45nm * by_arithmetic) << name;
     EXPECT_LT(at_45nm * by_arithmetic, key->ends->high) << name;
-    // If what surrounds the operation were Volta's own, at 12 nm.
+    // The bound if the logic around the operation were Volta's own, at 12 nm.
     EXPECT_LT((kFetchDecodeOperands + 1.5) * k7nm.at(0.8) / k16nm.at(0.9), key->ends->high) << name;
   }
 }

@@ -18,7 +18,7 @@ TEST(Voltage, NeverFallsWithTheClockAndIsNominalAtTheNominalClock) {  // VF1
   }
 }
 
-TEST(Voltage, IsThatOfTheTableAtItsPointsAndBetweenItsNeighboursElsewhere) {  // VF2
+TEST(Voltage, EqualsTheTableAtItsPointsAndLiesBetweenItsNeighboursElsewhere) {  // VF2
   const auto points = operating_points();
   const double highest = points.back().mhz;
   for (std::size_t p = 0; p < points.size(); ++p) {
@@ -31,7 +31,7 @@ TEST(Voltage, IsThatOfTheTableAtItsPointsAndBetweenItsNeighboursElsewhere) {  //
   EXPECT_NEAR(supply_volts(points[3].mhz / 2, highest / 2), points[3].volts, 1e-12);
 }
 
-TEST(Voltage, StaysBelowTheTableAndGoesOnAboveItUpToWhatTheProcessBears) {
+TEST(Voltage, StaysBelowTheTableAndGoesOnAboveItUpToTheProcessLimit) {
   EXPECT_EQ(supply_volts(1, 850), operating_points().front().volts);
   const double most = max_clock_mhz(850);
   EXPECT_NEAR(supply_volts(most, 850), kMaxVolts, 1e-12);

@@ -47,7 +47,7 @@ struct Request {
   bool write = false;
 };
 
-// Requests at clock 0, number n as id n, and what became of them.
+// Plays requests at clock 0, number n as id n, and returns their completions.
 Played run_at_once(const DramSpec& spec, const std::vector<Request>& requests) {
   DramBanks dram(spec);
   Played run;
@@ -68,7 +68,7 @@ TEST(DramBanks, AReadOfAnIdleMemoryTakesItsIdleLatency) {
   EXPECT_DOUBLE_EQ(spec.idle_latency_ns(), 35 * 1.25);
 }
 
-TEST(DramBanks, PeakBandwidthIsThatOfThePins) {
+TEST(DramBanks, PeakBandwidthFollowsFromThePins) {
   EXPECT_NEAR(dram_spec("lpddr4x-4266").peak_gb_s(), 4266.6e6 * 8 * 1e-9, 0.01);
   EXPECT_DOUBLE_EQ(dram_spec("lpddr5-6400").peak_gb_s(), 51.2);
   EXPECT_NEAR(dram_spec("lpddr5x-8533").peak_gb_s(), 68.27, 0.01);
@@ -395,7 +395,7 @@ TEST(DramMap, PartsLieInTheOrderOfTheirNames) {
   EXPECT_EQ(DramMap(inter).place(256).bank_group, 1u) << "groups before columns";
 }
 
-TEST(DramSpecs, WhatCannotBeIsRefused) {
+TEST(DramSpecs, ImpossibleSpecsAreRefused) {
   const auto refused = [](auto change) {
     DramSpec spec = dram_spec("lpddr5-6400");
     change(spec);

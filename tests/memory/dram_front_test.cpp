@@ -1,4 +1,4 @@
-// Memory that is looked at now and then, against the one that is looked at in every clock.
+// Memory that is advanced on demand, against the same memory advanced in every clock.
 #include <deque>
 #include <random>
 
@@ -61,7 +61,8 @@ std::vector<DramSpec> asked_specs() {
 
 constexpr DramClock kLastClock = 200000;
 
-// The judge: time goes by clock for clock; in each, what waits in front of a channel enters before what comes.
+// The judge: time goes by clock for clock; in each clock, requests that wait in front of a channel enter before new
+// ones.
 Outcome ticked(const DramSpec& spec, const std::vector<Asked>& requests) {
   DramBanks dram(spec);
   std::vector<std::deque<std::size_t>> waiting(spec.channels);

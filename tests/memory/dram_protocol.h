@@ -5,8 +5,8 @@
 
 namespace tessera::memory::protocol {
 
-// Checks a log of commands against the standard's rules, pair by pair: for two commands, what lies between them at
-// least. Knows nothing of the controller. Returns the broken rules, "" where there are none.
+// Checks a log of commands against the standard's rules, pair by pair: two commands lie at least a minimum apart.
+// Knows nothing of the controller. Returns the broken rules, "" where there are none.
 class ProtocolChecker {
  public:
   explicit ProtocolChecker(const DramSpec& spec) : spec_(spec), n_(spec.timing) {}
@@ -35,7 +35,7 @@ class ProtocolChecker {
     return std::array{"ACT", "PRE", "PREA", "RD", "WR", "REF"}[static_cast<std::size_t>(kind)];
   }
 
-  // Beyond it no rule reaches.
+  // No rule reaches beyond this many clocks.
   DramClock reach() const { return n_.rfc + n_.rc + n_.faw + n_.wl + n_.burst_group + n_.wr + n_.wtr_l; }
   std::uint32_t slots(Kind kind) const {
     return kind == Kind::kActivate ? n_.act_slots : column(kind) ? n_.column_slots : n_.precharge_slots;
@@ -79,7 +79,7 @@ class ProtocolChecker {
     if (rank && !from && to) need(a, b, "tRTW", n_.rtw);
     if (rank && from && !to)
       need(a, b, "tWTR", group ? n_.wl + n_.burst_group + n_.wtr_l : n_.wl + n_.burst + n_.wtr_s);
-    // Data of one after those of the other.
+    // The data of one command follow the data of the other on the bus.
     const DramClock first = a.clock + (from ? n_.wl : n_.rl) + n_.burst + (rank ? 0 : n_.cs);
     if (b.clock + (to ? n_.wl : n_.rl) < first)
       faults_.insert(fmt::format("data bus: {} {} clocks behind {}", name(b.kind), b.clock - a.clock, name(a.kind)));

@@ -72,7 +72,7 @@ TEST(ReadWriteOrder, LosesNothingAndKeepsTheOrderOfEachAddress) {
   }
 }
 
-TEST(ReadWriteOrder, LeavesAloneWhatNeedsNoHolding) {
+TEST(ReadWriteOrder, LeavesOrderedBurstsAlone) {
   std::vector<Burst> bursts;
   for (std::uint64_t i = 0; i < 500; ++i) bursts.push_back({i, i * 64, i % 3 == 0});
   EXPECT_EQ(ordered(bursts), bursts);
@@ -175,7 +175,7 @@ TEST(DramTrace, IsReadBack) {
   EXPECT_TRUE(read_text_trace("").empty());
 }
 
-TEST(DramTrace, WhatIsNoLineIsRefusedWithItsNumber) {
+TEST(DramTrace, AMalformedLineIsRefusedWithItsNumber) {
   for (const char* line : {"", "0x40", "0x40 READ", "40 READ 1", "0x READ 1", "0x40 LOAD 1", "0x40 READ -1",
                            "0x40 READ 1 2", "0x40 READ 1.5", "0x10000000000000000 READ 1",
                            "0x40 READ 99999999999999999999", "\xff\x01", "LD 0x40", "0x40 READ 4"}) {

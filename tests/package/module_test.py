@@ -1,4 +1,4 @@
-"""What the Python module promises beyond the library: arrays without copies, tables, exceptions, threads."""
+"""Contract of the Python module beyond the library: arrays without copies, tables, exceptions, threads."""
 
 import ast
 import inspect

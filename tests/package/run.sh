@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# tests/package/run.sh STEP BUILD SOURCE   checks what `cmake --install` and `cpack` of a build give; ctest runs the steps.
+# tests/package/run.sh STEP BUILD SOURCE   checks the results of `cmake --install` and `cpack` of a build; ctest runs the steps.
 set -euo pipefail
 # The system's Python, for which the module is built.
 export PATH=/usr/bin:/bin:$PATH

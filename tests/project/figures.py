@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""tests/project/figures.py --program TESSERA [--build FOLDER] [TEST...]   checks what documents publish.
+"""tests/project/figures.py --program TESSERA [--build FOLDER] [TEST...]   checks published figures.
 
-Pages     in every push: commands of the README work, tables of pages follow from the CSV files beside them, shipped captures are
-          what their sources make (--build: where tessera_make_captures is)
+Pages     in every push: commands of the README work, tables of pages follow from the CSV files beside them, shipped captures
+          equal the output of their sources (--build: the folder of tessera_make_captures)
 Replays   figures of pages, rendered again; part of ./tessera test --all
-Arguments behind the options are those of Python's unittest: Pages, Replays.test_tour, -k shading, -v.
+Arguments after the options are arguments of Python's unittest: Pages, Replays.test_tour, -k shading, -v.
 """
 import csv
 import json
@@ -46,7 +46,7 @@ def run(*arguments):
 
 
 def statistics(*arguments):
-    """What `tessera replay ARGUMENTS` writes about its frames."""
+    """Statistics of the frames of `tessera replay ARGUMENTS`."""
     with tempfile.TemporaryDirectory() as out:
         run("replay", *arguments, "--quiet", "--no-report", "--out", out)
         return json.loads(Path(out, "stats.json").read_text())
@@ -80,7 +80,7 @@ def place_of(row):
 
 
 def costs_of(points, cost, scheme):
-    """Triples of a triangle's size in px², what this machine costs and what another does."""
+    """Triples of a triangle's size in px², this machine's cost and the other machine's cost."""
     found = []
     for point in points:
         both = float(point["finished"]) if cost == "traffic" else 0  # of this machine and of the others alike
@@ -90,7 +90,7 @@ def costs_of(points, cost, scheme):
 
 def sizes_where_less(costs):
     """Triangle sizes at which the first of two costs is the smaller one, as break_even.csv writes them. The logarithm of the costs'
-    ratio is linear in that of the size."""
+    ratio is linear in the logarithm of the size."""
     def text_of(x):
         return f"{x:.1f}" if x < 10 else f"{x:.0f}"
 
@@ -179,7 +179,7 @@ class Pages(unittest.TestCase):
         self.assertTrue(names_no_model("a frame takes 12.5 mJ"))
         self.assertFalse(names_no_model("0.8 ms, `machine.timing=phases`, commit 0123abc"))
         self.assertFalse(names_no_model("3 MB read"))
-        current = {"README.md", "docs/shading.md", "docs/tour.md", "docs/validation.md", "docs/when_it_pays.md", "docs/passes.md", "docs/timing_model.md", "docs/deviations.md",
+        current = {"README.md", "docs/shading.md", "docs/tour.md", "docs/validation.md", "docs/when_it_pays.md", "docs/passes.md", "docs/timing_model.md",
                    "docs/calibration.md"}
         for file in sorted({*ROOT.glob("docs/**/*.md"), *ROOT.glob("*/README.md"), ROOT / "README.md"}):
             name = str(file.relative_to(ROOT))
@@ -195,7 +195,7 @@ class Pages(unittest.TestCase):
             self.assertTrue(0 < float(row["flip"]) < 1, name)
             self.assertIn(f"| {name} |", credits)
             size += (folder / f"{name}.webp").stat().st_size
-        self.assertIn(table + "<!-- end models -->", page("docs/materials.md"), "run docs/images/materials/make.sh")
+        self.assertIn(table + "<!-- end models -->", page("docs/shading.md"), "run docs/images/materials/make.sh")
         self.assertLess(size, 1500000)
 
     def test_equal_costs_are_found_between_two_sizes(self):
@@ -248,14 +248,14 @@ class Pages(unittest.TestCase):
             self.assertIn(f"\n{line_of_ranges(points, scheme)}\n", text)
 
     def test_effects_shows_what_effects_cost(self):
-        text, tables, costs = page("docs/effects.md"), runpy.run_path(str(ROOT / "docs/images/effects/tables.py")), page("docs/images/effects/costs.csv")
+        text, tables, costs = page("docs/shading.md"), runpy.run_path(str(ROOT / "docs/images/effects/tables.py")), page("docs/images/effects/costs.csv")
         self.assertIn(f"<!-- costs -->\n{tables['costs_markdown'](costs)}\n<!-- end costs -->\n", text, "run docs/images/effects/make.sh")
         absent, work = tables["absent_work"](costs)
         self.assertGreater(absent, 100)
         self.assertEqual(work, 0)
 
     def test_absent_effects_cost_no_instructions(self):
-        rows, text = rows_of(ROOT / "docs/images/effects/instructions.csv"), page("docs/effects.md")
+        rows, text = rows_of(ROOT / "docs/images/effects/instructions.csv"), page("docs/shading.md")
         for row in rows:
             self.assertLessEqual(float(row["ratio"]), 1.005, row)
         without = [float(row["ratio"]) for row in rows if row["method"] == "compiled out"]
@@ -266,7 +266,7 @@ class Pages(unittest.TestCase):
         self.assertEqual({f"{ratio:.4f}" for effect, ratio in of.items() if not re.search("motion|defocus|displacement", effect)}, {"1.0000"})
 
     def test_accuracy_shows_its_tables(self):
-        tables, folder, text = runpy.run_path(str(ROOT / "docs/images/accuracy/tables.py")), ROOT / "docs/images/accuracy", page("docs/accuracy.md")
+        tables, folder, text = runpy.run_path(str(ROOT / "docs/images/accuracy/tables.py")), ROOT / "docs/images/accuracy", page("docs/accuracy_and_stability.md")
         for name in ("clock", "joint"):
             table = tables[f"{name}_markdown"](rows_of(folder / f"{name}.csv"))
             self.assertIn(f"<!-- {name} -->\n{table}\n<!-- end {name} -->\n", text, "run docs/images/accuracy/make.sh")
@@ -292,7 +292,7 @@ class Replays(unittest.TestCase):
     def test_hard_cases(self):
         with tempfile.TemporaryDirectory() as out:
             run("selfcheck", "--stability", "--out", out)
-            self.assertIn(f"<!-- cases -->\n{Path(out, 'stability.md').read_text()}<!-- end cases -->", page("docs/stability.md"),
+            self.assertIn(f"<!-- cases -->\n{Path(out, 'stability.md').read_text()}<!-- end cases -->", page("docs/hard_cases.md"),
                           "run docs/images/stability/make.sh")
             shown = {file.name: file.read_bytes() for file in (IMAGES / "stability").glob("*.webp")}
             self.assertEqual(shown, {file.name: file.read_bytes() for file in Path(out).glob("*.webp")}, "run docs/images/stability/make.sh")
@@ -323,7 +323,7 @@ class Replays(unittest.TestCase):
             self.assertAlmostEqual(float(millijoules), value["baseline.energy_nj"] / 1e6, delta=0.051, msg=scheme)
 
     def test_lists_are_one_to_two_orders_of_magnitude_smaller_than_those_of_triangles(self):
-        """What the project is for. Less is a fault of the binner, more means that a cost was forgotten."""
+        """The purpose of the project. A smaller ratio is a fault of the binner, a larger one means that a cost was forgotten."""
         schemes = self.readme_statistics()["baselines"]
         for counter in ("queue_bytes_written", "queue_bytes_read", "queue_bytes_peak"):
             ratio = schemes["post-tessellation"][f"baseline.{counter}"] / schemes["tessera"][f"baseline.{counter}"]
@@ -362,7 +362,7 @@ class Replays(unittest.TestCase):
             for column, counter in (("sub_patches", "frontend.sub_patches"), ("entries", "binner.entries"),
                                     ("queue_bytes_peak", "binner.queue_bytes_peak"), ("domain_evaluations", "tilecore.domain_evaluations")):
                 self.assertEqual(int(row[column]), frame["counters"][counter], f"{column}: run docs/images/studies/make.sh")
-            # Tables of heights are what the front end bounds by.
+            # The front end bounds sub-patches by its tables of heights.
             self.assertEqual(int(row["traffic_bytes"]), sum(part["read_bytes"] + part["written_bytes"] for part in frame["dram"]
                                                             if part["purpose"] != "texture" or part["unit"] == "frontend"))
 

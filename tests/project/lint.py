@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """tests/project/lint.py [--program TESSERA] [--tests FOLDER...] [--format]   checks the project's own rules in about a second.
 
---program  also checks that generated pages are what this program prints
+--program  also checks that generated pages are what this program prints; with --write writes them instead
 --tests    also checks that documents name tests that the programs below these folders have (lists that CMake wrote there)
 --format   only asks clang-format 14 whether every source is formatted
 
@@ -54,7 +54,7 @@ WITH_WORDS = (*SOURCES[:3], ".def", ".js", ".py", ".sh", ".cmake", ".md")
 
 
 def project_files():
-    """Path from the root and text of every file with words, but for what is built or hidden."""
+    """Path from the root and text of every file with words, except built and hidden files."""
     files = {}
     for folder, folders, names in os.walk(ROOT):
         top = Path(folder) == ROOT
@@ -149,7 +149,7 @@ def broken_links(path, text):
 
 
 def retired_phrases():
-    """tests/project/retired_words.txt: a phrase as a regular expression and, after a tab, what is said instead. Whole words, capitals
+    """tests/project/retired_words.txt: a phrase as a regular expression and, after a tab, its replacement. Whole words, capitals
     or not. With the letters that every match begins with: searching them first saves most of the time."""
     lines = (ROOT / "tests/project/retired_words.txt").read_text().splitlines()
     return [(re.match(r"(?:[A-Za-z ](?!\?))*", phrase)[0].lower(), re.compile(r"\b(?:%s)\b" % phrase, re.I), instead)
@@ -169,7 +169,7 @@ def retired_words(path, text, phrases):
 
 
 def declared_invariants(text):
-    """Numbers that a text declares: "//   PB1  what holds" in a header, "| M1 | what holds |" in docs/architecture.md."""
+    """Numbers that a text declares: "//   PB1  law" in a header, "| M1 | law |" in docs/architecture.md."""
     return [a or b for a, b in re.findall(r"^ *//   ([A-Z]+[0-9]+)  [^ ].*$|^\| (M[0-9]+) \| .*$", text, re.M)]
 
 
@@ -252,7 +252,7 @@ def names_a_test(name, tests):
 
 
 def missing_tests(page, tests):
-    """Rows of docs/stability.md, "- **case**: ... `Suite.Law`, `fuzz: target`" and "| ![case](image) | **case.** ...", whose tests are
+    """Rows of docs/hard_cases.md, "- **case**: ... `Suite.Law`, `fuzz: target`" and "| ![case](image) | **case.** ...", whose tests are
     not there."""
     wrong = []
     for case, rest in re.findall(r"^(?:- |\| !\[[^|]*\| )\*\*(.+?)\*\*(.*)$", page, re.M):
@@ -263,7 +263,7 @@ def missing_tests(page, tests):
 
 
 def listed_tests(folders):
-    """Names of the tests below folders, as CMake wrote them for ctest, without what stands before ': ' but for fuzz targets."""
+    """Names of the tests below folders, as CMake wrote them for ctest, without the part before ': ', which only fuzz targets keep."""
     names = set()
     for listing in (file for folder in folders for file in Path(folder).glob("*.cmake")):
         for name in re.findall(r"^add_test\( *(?:\[=+\[(.*?)\]=+\]|\"(.*?)\"|(\S+)) ", listing.read_text(errors="replace"), re.M):
@@ -272,22 +272,50 @@ def listed_tests(folders):
     return names
 
 
-# ---- What the program prints ----------------------------------------------------------------------------------------
+# ---- Output of the program -----------------------------------------------------------------------------------------
 
 
 def described(program, *arguments):
     return subprocess.run([program, "describe", *arguments], capture_output=True, text=True, check=True).stdout
 
 
+# Topics of `tessera describe`. Three have a page that people write and that holds the generated table, from the line "Made by" on.
+TOPICS = ["counters", "settings", "gpu", "calibration", "extensions", "formats", "procedures", "effects"]
+WRITTEN_PAGES = {"calibration": "docs/calibration.md", "procedures": "docs/procedures.md", "effects": "docs/shading.md"}
+
+
+def generated_page(topic):
+    return WRITTEN_PAGES.get(topic, f"docs/{topic}.md")
+
+
+def with_generated(page, topic, generated):
+    """The page with the generated text in its place: all of it, or the line "Made by" and the table behind it."""
+    if topic not in WRITTEN_PAGES:
+        return generated
+    table = re.compile(rf"^Made by `tessera describe {topic} --markdown`\.\n\n(?:\|.*\n)+", re.M)
+    found = table.search(generated)
+    return table.sub(lambda _: found[0], page) if found and table.search(page) else ""
+
+
 def stale_pages(program):
     topics = re.search(r"One of ([a-z, ]+);", described(program, "--help"))[1].split(", ")
-    wrong = [] if len(topics) > 4 else ["tessera describe --help names no topics"]
-    for topic in topics:
-        page, generated = (ROOT / f"docs/{topic}.md").read_text(), described(program, topic, "--markdown")
-        # These pages go on behind what is generated.
-        if not (page.startswith(generated) if topic in ("calibration", "effects") else page == generated):
-            wrong.append(f"docs/{topic}.md is not what `tessera describe {topic} --markdown` prints")
+    wrong = [] if topics == TOPICS else [f"tessera describe has other topics: {', '.join(topics)}"]
+    for topic in TOPICS:
+        page, generated = (ROOT / generated_page(topic)).read_text(), described(program, topic, "--markdown")
+        if with_generated(page, topic, generated) != page:
+            wrong.append(f"{generated_page(topic)} does not hold what `tessera describe {topic} --markdown` prints: run tests/project/lint.py --program PROGRAM --write")
+    # How many numbers there are, are published, rest on a publication in part, are our own.
+    counts = re.findall(r"\b[0-9]+\b", described(program, "calibration", "--markdown").split("\n\n")[1])[:4]
+    shown = re.search(r"has (\d+) numbers: (\d+) are published, (\d+) rest on a publication in part, and (\d+)", (ROOT / "docs/validation.md").read_text())
+    if not shown or list(shown.groups()) != counts:
+        wrong.append(f"docs/validation.md has other counts of numbers than {counts}")
     return wrong
+
+
+def write_pages(program):
+    for topic in TOPICS:
+        file = ROOT / generated_page(topic)
+        file.write_text(with_generated(file.read_text(), topic, described(program, topic, "--markdown")))
 
 
 def wrong_extension(extension, page, schema):
@@ -312,7 +340,7 @@ def wrong_extensions(program):
 
 
 def twins(phrases):
-    """Each rule against what breaks it and, where it could cry wolf, against what does not."""
+    """Each rule against texts that break it and, where it could cry wolf, against texts that do not."""
     citation = "cff-version: 1.2.0\nmessage: m\ntitle: t\nversion: 1.0.0\nauthors:\n  - name: n\n"
     install, launcher, readme = "RUN apt-get install --no-install-recommends \\\n  a \\\n  b-dev\n", "packages=(a\n  b-dev)\n", "./tessera a b # c\n./tessera d\n"
     container = install + 'RUN ./tessera a b\nCMD ["./tessera", "d"]\n'
@@ -337,10 +365,14 @@ def twins(phrases):
         wrong_changelog("# Changes\n\n## 1.0.0 (2026-01-01)\n", "1.0.1"), wrong_changelog("", "1.0.0"),
         wrong_container(container, "packages=(a)\n", readme), wrong_container(install, launcher, readme), wrong_container(container, launcher, "./tessera d\n"),
     ]
+    table = "Made by `tessera describe effects --markdown`.\n\n| effect |\n|---|\n"
+    broken += [with_generated("# Shading\n\n" + table + "| `stale` |\n\nText.\n", "effects", "# Effects\n\n" + table) != "# Shading\n\n" + table + "| `stale` |\n\nText.\n",
+               with_generated("# Shading\n", "effects", table) != "# Shading\n"]
     for text in ("// The picture, whole.", "two Rivals", "through the middle of the lens", "int most_tiles;", "each stroke",
                  "runs of the pixel shader", "a tile queue"):
         broken += [retired_words("a.h", text, phrases), retired_words("a.md", text, phrases)]
     sound = [
+        [] if with_generated("# Shading\n\n" + table + "\nText.\n", "effects", "# Effects\n\n" + table) == "# Shading\n\n" + table + "\nText.\n" else ["effects"],
         wrong_includes("frontend/a.h", '#include "base/error.h"\n#include <vector>\n'), wrong_includes("baselines/a.h", '#include "gpu/device.h"\n'),
         loops_over_what_is_gone("a.cpp", 'for (const json& f : stats["frames"]) for (int k : (*all)["k"]) for (int j : all("x").values) a = f(x)["y"];'),
         missing_tests("- **case**: `Suite.Law`, `Case/Suite.Law/Pole_`", {"Suite.Law/0", "Case/Suite.Law/Pole_obb"}),
@@ -354,7 +386,7 @@ def twins(phrases):
     for text in ('study["pictures"]', "stroke-width: 2", "tessera_embree_rival", "binner.tile_queue", "pictured"):
         sound.append(retired_words("a.js", text, phrases))
     return [f"twin {k} is not caught" for k, caught in enumerate(broken) if not caught] + [
-        f"what is sound is complained about: {caught}" for caught in sound if caught]
+        f"a sound text is complained about: {caught}" for caught in sound if caught]
 
 
 def badly_formatted():
@@ -408,7 +440,7 @@ def all_complaints(program, tests):
         # Some tests run together, as one entry of ctest.
         names = listed_tests(tests) | {f"{suite}.{law}" for path, text in files.items() if path.startswith("tests/")
                                        for suite, law in re.findall(r"^TEST(?:_F)?\((\w+), (\w+)\)", text, re.M)}
-        page = files["docs/stability.md"]
+        page = files["docs/hard_cases.md"]
         # Fuzz targets are tests of builds that have a sanitized one beside them, as ./tessera test makes it.
         fuzzed = any(name.startswith("fuzz: ") for name in names)
         wrong += [complaint for complaint in missing_tests(page, names) if fuzzed or "fuzz: " not in complaint]
@@ -424,9 +456,12 @@ def all_complaints(program, tests):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--program")
+    parser.add_argument("--write", action="store_true")
     parser.add_argument("--tests", nargs="+")
     parser.add_argument("--format", action="store_true")
     arguments = parser.parse_args()
+    if arguments.write:
+        write_pages(arguments.program)
     wrong = badly_formatted() if arguments.format else all_complaints(arguments.program, arguments.tests)
     print("\n".join(wrong))
     sys.exit(bool(wrong))

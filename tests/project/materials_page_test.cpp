@@ -1,4 +1,4 @@
-// Images of docs/materials.md are those that the program renders now; figures.py looks at its table.
+// The images of docs/shading.md agree with renders of the program; figures.py checks the page's table.
 #include "base/image_codec.h"
 #include "base/image_metrics.h"
 #include "base/whole_file.h"
@@ -26,8 +26,8 @@ Image gallery_part(const fs::path& file, int x0) {
   return out;
 }
 
-// Ours is the left one of each image, but for what WebP loses.
-TEST(MaterialsPage, ItsImagesAreThoseOfReplays) {
+// The left half of each image equals our render, within the loss of WebP.
+TEST(MaterialsPage, ItsImagesEqualReplays) {
   const auto assets = test::assets_folder();
   const fs::path models = assets ? assets->parent_path() / "materials" : fs::path();
   if (!assets || !fs::is_directory(models)) GTEST_SKIP() << "no folder of models of materials beside TESSERA_ASSETS";

@@ -1,5 +1,5 @@
-// What every struct of settings has to keep: it is small, its enums have a word for each value, and nothing but the
-// parser compares texts.
+// Rules of every struct of settings: it is small, its enums have a word for each value, and nothing but the parser
+// compares texts.
 #include <regex>
 
 #include "gpu/configuration.h"
@@ -21,7 +21,7 @@ constexpr bool takes_members(std::index_sequence<kMembers...>) {
   return requires { S{(static_cast<void>(kMembers), Anything{})...}; };
 }
 
-// Members of an aggregate; what it is derived from counts as one.
+// Number of members of an aggregate; a base class counts as one.
 template <class S, std::size_t kCount = 100>
 constexpr std::size_t member_count() {
   static_assert(std::is_aggregate_v<S> && kCount > 0);
@@ -112,7 +112,7 @@ void expect_every_word_sets_what_it_says(const KeyTable<S>& table) {
     }
 }
 
-TEST(Settings, EveryWordOfEveryKeySetsWhatItSays) {
+TEST(Settings, EveryWordOfEveryKeySetsItsValue) {
   expect_every_word_sets_what_it_says(gpu::settings_keys());
   expect_every_word_sets_what_it_says(gpu::gpu_keys());
 }

@@ -1,4 +1,4 @@
-// The machine's images against the double-precision reference: what is left at many samples is noise, not bias.
+// The machine's images against the double-precision reference: the difference at many samples is noise, not bias.
 #include "gpu/device.h"
 #include "gpu/settings.h"
 #include "gpu/view_inputs.h"
@@ -12,8 +12,8 @@ namespace {
 
 using scene::Capture;
 
-// How far apart the means of both are, in standard errors of what 64 random samples a pixel give. That is estimated from
-// 16 independent references, so it has Student's distribution with 15 degrees of freedom.
+// Distance of the two means in standard errors of 64 random samples a pixel. The standard error is estimated from 16
+// independent references, so the distance has Student's distribution with 15 degrees of freedom.
 struct Deviation {
   std::array<double, 3> image{};   // of the whole image's mean, by channel
   double pixels_beyond_three = 0;  // share of the pixels that have any noise
@@ -38,7 +38,7 @@ Deviation compare(const Image& seen, const std::vector<Image>& references) {
         const double off = static_cast<double>(seen.at(x, y)[c]) - mean, v = squares * (1 + 1.0 / kSeries);
         difference[c] += off;
         variance[c] += v;
-        // What differs by single precision alone has no noise to speak of.
+        // A difference by single precision alone has nearly no noise.
         if (std::sqrt(v) > 1e-5 * (1 + mean)) {
           noise = true;
           far = far || std::abs(off) > 3 * std::sqrt(v);
@@ -55,7 +55,7 @@ Deviation compare(const Image& seen, const std::vector<Image>& references) {
 }
 
 struct Bias {
-  Deviation machine, random;  // the second: of one more reference, what noise alone looks like
+  Deviation machine, random;  // random: one more reference, which has noise alone
 };
 
 // `of_machine`: keys of the machine's frame alone, for twins.
@@ -98,14 +98,14 @@ struct Shot {
 
 class EveryCapture : public testing::TestWithParam<Shot> {};
 
-// What is seen by few samples, a highlight through the lens, is beyond three standard errors more often than a normal
-// distribution is: as often as one more random reference is, not more.
+// Surfaces that few samples see, such as a highlight through the lens, are beyond three standard errors more often
+// than a normal distribution is: as often as one more random reference is, not more.
 TEST_P(EveryCapture, MeanImageIsWithinThreeStandardErrorsOfTheReference) {
   const Capture capture = scene::read_capture(test::shipped_capture(GetParam().name));
   const Bias bias = measure(capture, GetParam().frame, exact_keys());
   for (const double channel : bias.machine.image) EXPECT_LT(std::abs(channel), 3.0);
   EXPECT_LT(bias.machine.pixels_beyond_three, bias.random.pixels_beyond_three + 0.005);
-  // What a thousand random samples never saw may be seen by one of 64.
+  // One of 64 samples may see a surface that a thousand random samples never saw.
   EXPECT_LT(bias.machine.worst_without_noise, 1.0 / kSamples);
 }
 

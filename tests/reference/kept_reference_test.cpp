@@ -1,4 +1,4 @@
-// References that are kept whatever program reads them.
+// References are kept, and any program can read them.
 #include "reference/reference_renderer.h"
 #include "reference/reference_store.h"
 #include "scene/capture_reader.h"
@@ -32,7 +32,7 @@ TEST_F(KeptReferences, AreReadAsTheyWereWritten) {  // RK2
   EXPECT_EQ(made.color.values, again.color.values);
   EXPECT_EQ(made.info, again.info) << "host times, too: it was not rendered again";
   EXPECT_EQ(files(), 2u);
-  // Half precision is far below what any setting errs by.
+  // Half precision errs far less than any setting.
   const Reference exact =
       get_reference(gpu::PreparedCapture(eggs), {}, {},
                     {.width = 48, .height = 27, .frame = 14, .samples = 4, .edge_pixels = 0}, folder_.path(), "inputs");

@@ -1,4 +1,4 @@
-// What is written beside a reference: read back to the last bit, refused at its place where it is damaged.
+// Information that is stored beside a reference: read back to the last bit, refused at its place where it is damaged.
 #include "reference/reference_info.h"
 #include "base/error.h"
 #include "tests/support/tests.h"
@@ -16,7 +16,7 @@ ReferenceInfo example() {
   return info;
 }
 
-// What reading the text says, "" where it is read.
+// Message of the refusal of this text, "" where it is read.
 std::string fault_of(const std::string& text) {
   const test::TemporaryFolder folder;
   test::write_text(folder / "r.json", text);

@@ -112,7 +112,7 @@ TEST(Reference, CoverageOfAMovingEdgeIsTheMeanOverPixelAndShutter) {
 }
 
 // A half-plane out of focus: the share of the lens disc from which a point of the image sees it.
-TEST(Reference, CoverageOfADefocusedEdgeIsThatOfTheLensDisc) {
+TEST(Reference, CoverageOfADefocusedEdgeFollowsTheLensDisc) {
   scene::Lens lens;
   lens.aperture_radius = 0.5f;
   lens.focus_distance = 2.5f;
@@ -127,7 +127,7 @@ TEST(Reference, CoverageOfADefocusedEdgeIsThatOfTheLensDisc) {
     double expected = 0;
     constexpr int kSteps = 2000;
     for (int k = 0; k < kSteps; ++k) {
-      // Of a unit disc, what lies beyond a chord at distance d from its middle.
+      // Area of a unit disc beyond a chord at distance d from its middle.
       const double d = std::clamp((edge - (x + (k + 0.5) / kSteps)) / radius, -1.0, 1.0);
       expected += (std::acos(d) - d * std::sqrt(1 - d * d)) / std::numbers::pi / kSteps;
     }
@@ -193,14 +193,14 @@ int differences(const ReferenceScene& scene, std::vector<RayPacket> packets) {
   return different;
 }
 
-TEST(ReferenceTree, FindsWhatAllTrianglesOneByOneGive) {  // REF2
+TEST(ReferenceTree, EqualsASearchOfAllTriangles) {  // REF2
   for (const auto& [name, number] : {std::pair<const char*, int>{"eggs", 14}, {"flyby", 0}, {"serpent", 12}}) {
     const Capture capture = shipped(name);
     const Posed posed(capture, 64, 36, number, 8.0);
     ReferenceScene scene(*posed.frame);
     const std::vector<RayPacket> packets = packets_over(scene, 60, 5);
     EXPECT_EQ(differences(scene, packets), 0) << name;
-    // The twin: boxes that forget a part of what they hold.
+    // The twin: boxes that contain only a part of their children.
     for (ReferenceScene::Node& node : scene.nodes)
       for (ReferenceScene::Box& box : node.box) box.high[0] = 0.5f * (box.low[0] + box.high[0]);
     EXPECT_GT(differences(scene, packets), 0) << name;
@@ -263,7 +263,7 @@ Image machine_image(const Capture& capture, int width, int height, int frame, st
 
 double shown_psnr(const Image& a, const Image& b) { return psnr(display_values(a, 1.0f), display_values(b, 1.0f)); }
 
-// At the same samples what differs is arithmetic alone: single precision and the grid of 1/256 pixel.
+// At the same samples only arithmetic differs: single precision and the grid of 1/256 pixel.
 TEST(Reference, WithTheMachinesSamplesDiffersByItsArithmeticAlone) {
   for (const auto& [name, number] : {std::pair<const char*, int>{"eggs", 14},
                                      {"flyby", 0},
@@ -293,8 +293,8 @@ TEST(Reference, WithTheMachinesSamplesDiffersByItsArithmeticAlone) {
   }
 }
 
-// A ball of glass before a board of two colours: the same image of what is behind it, but for half precision.
-TEST(Reference, ShowsWhatIsBehindGlassAsTheMachineDoes) {
+// A ball of glass before a board of two colours: the same image of the board, within half precision.
+TEST(Reference, ShowsTheBackgroundOfGlassAsTheMachineDoes) {
   for (const float roughness : {0.0f, 0.5f}) {
     Capture capture;
     scene::Material red, blue, glass;
@@ -349,7 +349,7 @@ TEST(Reference, DrawsPointsLinesAndHiddenNodesAsTheMachineDoes) {
     const Capture before = capture;
     capture.nodes[static_cast<std::size_t>(node)].visible = false;
     EXPECT_GT(difference(capture), 34) << node;
-    EXPECT_LT(difference(before), 30) << "the twin: what is hidden here is not in the machine";
+    EXPECT_LT(difference(before), 30) << "the twin: the part hidden here is not hidden in the machine";
   }
 }
 
@@ -375,7 +375,7 @@ Reference stored(const Capture& capture, const gpu::RunSettings& settings, const
                        {.width = 48, .height = 27, .frame = 14, .samples = 4, .edge_pixels = 0}, folder, "inputs");
 }
 
-TEST(ReferenceStore, GivesBackTheVeryImageAndWhatWasSaidOfIt) {
+TEST(ReferenceStore, GivesBackTheVeryImageAndItsInformation) {
   const test::TemporaryFolder folder;
   const Capture capture = shipped("eggs");
   const Reference made = stored(capture, {}, folder.path()), again = stored(capture, {}, folder.path());
@@ -422,7 +422,7 @@ TEST(ReferenceStore, EndsWhereItsNoiseIsSmallEnough) {
   EXPECT_EQ(all.info.samples, 512);
   EXPECT_EQ(all.info.enough_db, std::nullopt);
   ASSERT_TRUE(all.info.psnr_db);
-  // What four times as many samples give less 6 dB, a quarter of them has.
+  // A quarter of the samples has 6 dB less.
   const double enough = *all.info.psnr_db - 5;
   const Reference ended = made(512, enough);
   EXPECT_EQ(ended.info.asked_samples, 512);

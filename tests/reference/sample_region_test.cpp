@@ -1,4 +1,5 @@
-// What the reference leaves out of its scenes: nothing that a sample sees (SRG1), and enough to keep to its memory.
+// Parts of a scene that the reference leaves out: nothing that a sample sees (SRG1), and enough to keep to its
+// memory.
 #include "reference/sample_region.h"
 #include "gpu/device.h"
 #include "gpu/view_inputs.h"
@@ -59,7 +60,7 @@ struct Shot {
   ReferenceRequest request;
 };
 
-TEST(SampleRegion, NoRayHitsWhatIsLeftOut) {  // SRG1
+TEST(SampleRegion, NoRayHitsLeftOutGeometry) {  // SRG1
   std::size_t kept = 0, all = 0;
   int without_lens = 0, without_margin = 0;
   for (std::uint32_t seed = 1; seed <= 30; ++seed) {

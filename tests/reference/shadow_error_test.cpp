@@ -1,4 +1,4 @@
-// The machine's shadows beside those of the reference: what filters leave of an edge.
+// The machine's shadows beside the reference's shadows: errors of the filters at an edge.
 #include "base/image_metrics.h"
 #include "gpu/device.h"
 #include "gpu/settings.h"
@@ -36,7 +36,8 @@ Image reference_image(const Capture& capture, const std::vector<std::string>& ke
   return render_machines_samples(scene::assemble(capture), gpu, settings, kSide, kSide, 0);
 }
 
-// A floor under a sun at 45 degrees; the shadow of a card that is not in the image covers what lies left of x = `edge`.
+// A floor under a sun at 45 degrees; the shadow of a card that is not in the image covers the floor left of x =
+// `edge`.
 Capture straight_edge(double edge, int size) {
   FloorScene scene;
   const double height = 6;
@@ -82,7 +83,7 @@ double mean_square_error(const std::string& filter, int size) {
 // Known answer: an edge of length L along a texel axis has a mean squared error of c L s / A, with s the side of a texel
 // and A the area of
 // the image: 1/4 for the nearest texel, 1/6 for 2x2, 5/18 for 3x3. Texels are far larger than pixels, which average.
-TEST(ShadowError, OfAStraightEdgeIsWhatTheFilterLeaves) {
+TEST(ShadowError, OfAStraightEdgeFollowsFromTheFilter) {
   const double area = 4 * kFloorHalf * kFloorHalf, length = 2 * kFloorHalf;
   std::map<std::pair<std::string, int>, double> errors;
   for (const auto& [filter, share] :

@@ -65,7 +65,7 @@ double to_square(const DVec2& place, const DVec2& middle, double half) {
   return std::max(off.x, off.y);
 }
 
-// Pixels that are wrong, of those that the edge of a square shadow does not cross and that are not the card's.
+// Wrong pixels among the pixels that the edge of a square shadow does not cross and that do not show the card.
 struct Wrong {
   int lit = 0, dark = 0, looked_at = 0;
 };
@@ -155,8 +155,8 @@ TEST(ShadowRays, ASpheresShadowHasTheAreaOfAnEllipse) {
   }
 }
 
-// A caster moves while the shutter is open: at every place of the floor the share of the time at which its shadow is not
-// there. The twin's shadow is that of shutter open.
+// A caster moves while the shutter is open: every place of the floor has the share of the time at which its shadow is
+// elsewhere. The twin has the shadow of shutter open.
 TEST(ShadowRays, AMovingCastersShadowIsTheMeanOverTheShutter) {
   constexpr int kSamples = 256;
   constexpr double kHalf = 0.75, kFrom = -1, kWay = 2;  // the middle of the shadow at shutter open, and its way
@@ -169,7 +169,7 @@ TEST(ShadowRays, AMovingCastersShadowIsTheMeanOverTheShutter) {
   const std::vector<double> shares = lit_shares(scene.capture, kSamples);
   double worst_twin = 0;
   for (int x = 0; x < kSide; ++x) {
-    // The card hides what lies left of it.
+    // The card hides the floor left of its edge.
     if (floor_place(x, 0, kSide).x < kFrom - 2 + kWay + kHalf) continue;
     double sum = 0, expected = 0, at_open = 0;
     int rows = 0;
@@ -204,7 +204,7 @@ void turn(Capture& capture, int node, const DVec3& from, const DVec3& to) {
 }
 
 // A light moves: the shadow is where it throws it at the time of each sample.
-TEST(ShadowRays, AMovingLightsShadowIsThatOfTheTime) {
+TEST(ShadowRays, AMovingLightsShadowFollowsTheTime) {
   constexpr double kHeight = 2, kHalf = 0.5;
   for (const bool sun : {true, false}) {
     FloorScene scene;
@@ -258,7 +258,7 @@ TEST(ShadowRays, AMovingLightsShadowIsThatOfTheTime) {
 }
 
 // Caster, receiver and camera move alike: nothing changes on screen but the light's place among them.
-TEST(ShadowRays, WhatMovesTogetherHasTheShadowOfRest) {
+TEST(ShadowRays, CastersAndReceiversThatMoveTogetherHaveTheShadowOfRest) {
   FloorScene scene;
   const int card = scene.add_card({0, 2, 0}, 0.75);
   scene::made::add_light(scene.capture, {}, {0, 0, 0}, {1, -1, 0});
@@ -304,7 +304,7 @@ double dark_area(const Capture& capture, const scene::ShadowSettings& settings =
   return area;
 }
 
-TEST(ShadowRays, CastersAreThoseOfTheMaps) {
+TEST(ShadowRays, CastersEqualTheMaps) {
   const auto area = [&](const std::function<void(scene::Material&)>& change,
                         const scene::ShadowSettings& settings = {}) {
     FloorScene scene;
@@ -329,7 +329,7 @@ TEST(ShadowRays, CastersAreThoseOfTheMaps) {
 }
 
 // The sides that a light sees, from whichever direction it comes: the nearer half of a closed box, or the farther one.
-TEST(ShadowRays, FacesAreThoseThatTheLightSees) {
+TEST(ShadowRays, FrontAndBackFacesAreJudgedFromTheLight) {
   for (const DVec3& direction :
        {DVec3(1, -0.4, 0), DVec3(-1, -0.4, 0), DVec3(0.2, -1, 0.1), DVec3(0, -0.4, 1), DVec3(0.1, -0.4, -1)})
     for (const scene::CasterFaces faces : {scene::CasterFaces::kFront, scene::CasterFaces::kBack}) {
@@ -442,7 +442,7 @@ TEST(ShadowRays, KnowNoDistance) {
   EXPECT_EQ(dark_area(scene.capture), area);
 }
 
-TEST(ShadowRays, LightsThatNobodyNamesCastOnRequest) {
+TEST(ShadowRays, UnnamedLightsCastOnRequest) {
   FloorScene scene;
   scene.add_card({0, 2, 0}, 0.75);
   scene::made::add_light(scene.capture, {}, {0, 0, 0}, {1, -1, 0});
@@ -489,7 +489,7 @@ Capture random_capture(std::uint32_t seed, bool masks) {
   return capture;
 }
 
-TEST(ShadowRays, FindWhatAllTrianglesOneByOneGive) {  // SHR1
+TEST(ShadowRays, EqualASearchOfAllTriangles) {  // SHR1
   int different_twin = 0;
   for (std::uint32_t seed = 1; seed <= 4; ++seed) {
     const Capture capture = random_capture(seed, true);
@@ -540,7 +540,7 @@ TEST(ShadowRays, FindWhatAllTrianglesOneByOneGive) {  // SHR1
       return count;
     };
     EXPECT_EQ(different(300), 0) << seed;
-    // The twin: boxes that forget a part of what they hold.
+    // The twin: boxes that contain only a part of their children.
     for (ReferenceScene::Node& node : casters.nodes)
       for (ReferenceScene::Box& box : node.box) box.high[0] = 0.5f * (box.low[0] + box.high[0]);
     different_twin += different(100);

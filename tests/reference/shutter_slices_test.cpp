@@ -103,7 +103,7 @@ TEST(ShutterSlices, IntegrateTheTrueCurve) {
     // However often, the square is everywhere for as long.
     EXPECT_GT(psnr(image, same), 36) << cycles;
     Capture still = zigzag(0);
-    EXPECT_LT(psnr(image, Shot(still).reference(64)), 25) << "the twin: what stands still";
+    EXPECT_LT(psnr(image, Shot(still).reference(64)), 25) << "the twin: a still scene";
     // With two motion keys alone the machine sees it stand still; with its segments it agrees. A frame of 16 cycles is
     // as noisy as four times of a cycle are (25.8 dB): other seeds have other times. 256 times are 16 of each of these
     // cycles, 3 pixels apart, so times have 16 bits.
@@ -115,7 +115,7 @@ TEST(ShutterSlices, IntegrateTheTrueCurve) {
   }
 }
 
-TEST(ShutterSlices, VisibilityAndMaterialsAreThoseOfShutterOpen) {
+TEST(ShutterSlices, VisibilityAndMaterialsAreTakenAtShutterOpen) {
   Capture capture = zigzag(2);
   scene::AnimationChannel hidden;
   hidden.node = 0;

@@ -34,7 +34,7 @@ std::vector<MeasuredRow> rows_of(const fs::path& file, const std::string& captur
   return rows;
 }
 
-// The published rows that are no longer true: ms is off by 1 %, PSNR by 0.1 dB, or nobody measures the setting.
+// The published rows that are no longer true: ms is off by 1 %, PSNR by 0.1 dB, or no row measures the setting now.
 std::vector<std::string> stale_rows(const std::vector<MeasuredRow>& published, const std::vector<MeasuredRow>& now) {
   std::vector<std::string> stale;
   for (const MeasuredRow& row : published) {

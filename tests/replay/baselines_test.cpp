@@ -1,4 +1,4 @@
-// The schemes side by side: what a replay reports, and that it does not depend on who computes it.
+// The schemes side by side: the report of a replay, independent of threads, lists and previous frames.
 #include "baselines/baseline_set.h"
 #include "baselines/geometry_pass.h"
 #include "baselines/immediate.h"
@@ -52,7 +52,7 @@ TEST_P(Baselines, ChangeNeitherImageNorCounters) {
   EXPECT_EQ(with.counters.tilecore.triangle_tests, without.counters.tilecore.triangle_tests);
 }
 
-TEST_P(Baselines, PreTessellationIsWhatTheReplayItselfDid) {
+TEST_P(Baselines, PreTessellationHasTheCountersOfTheReplay) {
   const Compared r = render(capture, {});
   const BaselineCounters& pre = scheme(r, SchemeId::kTessera);
   EXPECT_EQ(pre.entries, r.counters.binner.entries);
@@ -104,7 +104,7 @@ TEST_P(Baselines, TriangleMachinesDoNotDependOnQueues) {
   }
 }
 
-// Nor what the previous frame hid from this one.
+// The counters of triangle machines do not depend on geometry that the previous frame hid.
 TEST_P(Baselines, TriangleMachinesDoNotDependOnThePreviousFrame) {
   gpu::GpuConfiguration previous;
   previous.frontend.previous_depth_culling = true;
@@ -129,9 +129,9 @@ TEST_P(Baselines, EveryTriangleIsKeptOrDroppedByOneTest) {
   EXPECT_EQ(post.domain_evaluations, post.domain_evaluations_cached);
 }
 
-// Machines that keep references shade positions once to bin, then what each tile needs; those that keep vertices shade
-// what culling leaves, once.
-TEST_P(Baselines, EvaluationsAreThoseOfTheScheme) {
+// Machines that keep references shade positions once to bin, then the vertices that each tile needs; machines that
+// keep vertices shade the vertices that culling leaves, once.
+TEST_P(Baselines, EvaluationsFollowTheScheme) {
   const Compared r = render(capture, {});
   const BaselineCounters &post = scheme(r, SchemeId::kPostTessellation), &position = scheme(r, SchemeId::kPostPosition);
   // A vertex of an indexed mesh is in several clusters, but shaded once for its draw.
@@ -156,7 +156,7 @@ TEST_P(Baselines, EvaluationsAreThoseOfTheScheme) {
   EXPECT_LE(scheme(r, SchemeId::kVisibilityStream).tile_overlaps, deferred.tile_overlaps);  // bins are larger
 }
 
-TEST_P(Baselines, MachinesWithTilesShadeWhatTheReplayShades) {
+TEST_P(Baselines, MachinesWithTilesShadeTheSamePixelsAsTheReplay) {
   const Compared r = render(capture, {});
   std::vector<SchemeId> all = tiled_schemes(capture);
   all.insert(all.end(), {SchemeId::kTessera, SchemeId::kPatchWhole});
@@ -165,7 +165,7 @@ TEST_P(Baselines, MachinesWithTilesShadeWhatTheReplayShades) {
   EXPECT_GT(scheme(r, SchemeId::kImmediate).pixel_shader_invocations, 0u);
 }
 
-// What a replay with half of the buffer does is what the counters said that it would.
+// The partial renders of a replay with half of the buffer move about as many bytes as the counters predicted.
 TEST_P(Baselines, TheSmallestBufferIsJustLargeEnough) {
   gpu::GpuConfiguration gpu;
   gpu.parameter_buffer.chunk_bytes = 64;
@@ -178,7 +178,7 @@ TEST_P(Baselines, TheSmallestBufferIsJustLargeEnough) {
   EXPECT_EQ(render(capture, gpu, 0, false).counters.binner.partial_renders, 0u);
   gpu.parameter_buffer.bytes -= 64;
   EXPECT_EQ(render(capture, gpu, 0, false).counters.binner.partial_renders, 1u);
-  // Half the room behind what every list has from the start.
+  // Half of the room beyond the fixed part of the lists.
   const binner::TileLists::Layout layout{15, 32, 64, 64};
   gpu.parameter_buffer.bytes =
       static_cast<std::int64_t>(layout.end() + (pre.smallest_buffer_bytes - layout.end()) / 128 * 64);
@@ -309,8 +309,8 @@ TEST(HullStageTwin, APatchInViewThatWereDroppedWouldBeCaught) {
   });
 }
 
-// Hierarchical depth drops nothing that is seen: in the end samples see what the tile cores say.
-TEST_P(Baselines, DrawingInSubmissionOrderEndsWithWhatTileCoresSee) {
+// Hierarchical depth drops nothing that is seen: in the end samples see the surfaces that the tile cores find.
+TEST_P(Baselines, DrawingInSubmissionOrderEndsWithTheVisibilityOfTileCores) {
   look_at(capture, [](const gpu::RenderedView& view) {
     const baselines::ImmediateFrame drawn = baselines::draw_immediately(view.job, view.record, view.gpu);
     tilecore::TileCore core;
@@ -422,7 +422,7 @@ int tiles_out_of_balance(const timing::FrameWork& work) {
   return bad;
 }
 
-// Bytes that tiles move and their items do not: those of textures, which go through the L2.
+// Bytes that tiles move and their items do not: textures, which go through the L2.
 std::uint64_t bytes_through_the_l2(const timing::FrameWork& work) {
   std::uint64_t bytes = 0;
   for (const timing::WorkRound& round : work.rounds)
@@ -454,7 +454,7 @@ TEST_P(Baselines, BW3ItemsAddUpToTheWorkOfTheirTiles) {
 }
 
 // The machine that phases model: one core, with caches and a memory that never keep anybody waiting.
-TEST_P(Baselines, EventsTakeTheCyclesOfPhasesWhereThoseModelAll) {
+TEST_P(Baselines, EventsTakeTheCyclesOfPhasesWherePhasesModelAll) {
   auto phases = test::coarse_machine<gpu::GpuConfiguration>();
   phases.cores.count = 1;
   phases.memory.gb_per_s = 1e5, phases.memory.latency_ns = 0;
@@ -474,7 +474,7 @@ TEST_P(Baselines, EventsTakeTheCyclesOfPhasesWhereThoseModelAll) {
   }
 }
 
-TEST_P(Baselines, BW2TiledSchemesShadeWhatTheMachineDoes) {
+TEST_P(Baselines, BW2TiledSchemesShadeTheSamePixelsAsTheMachine) {
   const Worked w = work_of(capture);
   const hardware::EventCounts machine = timing::energy_events(w.of(SchemeId::kTessera)).counts;
   for (const SchemeId s : tiled_schemes(capture)) {
@@ -485,7 +485,7 @@ TEST_P(Baselines, BW2TiledSchemesShadeWhatTheMachineDoes) {
     EXPECT_EQ(events[Event::kCompactedSamples], machine[Event::kCompactedSamples]);
     EXPECT_EQ(events[Event::kBlendedLayers], machine[Event::kBlendedLayers]);
     EXPECT_EQ(events[Event::kPixels], machine[Event::kPixels]);
-    // And what is theirs is what their counters say.
+    // The events of the scheme's own stages equal its counters.
     const BaselineCounters& scheme = w.set[s];
     EXPECT_EQ(events[Event::kTriangles],
               scheme.primitives + scheme.culled_frustum + scheme.culled_backface + scheme.culled_zero_area);
@@ -494,7 +494,7 @@ TEST_P(Baselines, BW2TiledSchemesShadeWhatTheMachineDoes) {
     EXPECT_EQ(events[Event::kSurfaceEvaluations], 0u);
     EXPECT_GE(events[Event::kTriangleTests], events[Event::kHits]);
   }
-  // Task shaders run on lanes what the front end does for the others; compute tessellators run beside it.
+  // Task shaders do the front end's work on lanes; compute tessellators run beside the front end.
   for (const SchemeId s : tiled_schemes(capture)) {
     const hardware::EventCounts& before = w.of(s).rounds.front().geometry.events;
     const bool mesh = std::find(kMeshShaders.begin(), kMeshShaders.end(), s) != kMeshShaders.end();
@@ -509,7 +509,7 @@ TEST_P(Baselines, BW2TiledSchemesShadeWhatTheMachineDoes) {
 }
 
 // An environment that is an image is looked up behind everything: no lookup and no byte of it is lost, whoever draws.
-TEST(SchemeTextures, WhatIsBehindEverythingIsLookedUp) {
+TEST(SchemeTextures, TheBackgroundIsLookedUp) {
   scene::Capture capture;
   capture.settings.environment_kind = shaders::Surroundings::Kind::kImage;
   capture.environment_image = test::noisy_environment(40, 5);
@@ -568,8 +568,8 @@ TEST(SchemeCycles, GeometryTakesAsLongAsItsSlowestUnit) {
   EXPECT_DOUBLE_EQ(timing::schedule_frame(gpu, work).cycles, 10 + 1000 / 0.25);
 }
 
-// One model times all of them: that of the machine.
-TEST(SchemeCycles, AreThoseOfTheModelThatTimesTheMachine) {
+// One model, the machine's, times all of them.
+TEST(SchemeCycles, ComeFromTheModelThatTimesTheMachine) {
   const scene::Capture capture = scene::read_capture(test::shipped_capture("flyby"));
   const Worked phases = work_of(capture, test::coarse_machine<gpu::GpuConfiguration>()), events = work_of(capture);
   for (const Worked* w : {&phases, &events})
@@ -638,8 +638,8 @@ TEST(ImmediateBaseline, TouchesTheSamplesThatTheTileCoresHit) {
                 r.counters.ledger.traffic(memory::Unit::kResolve, memory::Purpose::kFrameBuffer).written_bytes);
 }
 
-// Rows of spheres one behind the other, most columns beside the view: off-screen, back-facing and hidden, finely
-// tessellated.
+// Rows of spheres, each row hidden by the one before it, most columns beside the view: off-screen, back-facing and
+// hidden, finely tessellated.
 scene::Capture crowd() {
   scene::Capture capture;
   for (int row = 0; row < 4; ++row)
@@ -666,7 +666,7 @@ TEST(BaselinesOfACrowd, FourFifthsOfTheDomainEvaluationsAreAvoided) {
   EXPECT_GT(pre.culled_backface, 0u);
   EXPECT_GT(pre.culled_occlusion, 0u);
   EXPECT_LE(pre.domain_evaluations_cached * 5, r.counters.frontend.cells);  // at least a vertex each
-  // A hull stage avoids what lies outside, but neither what faces away nor what is hidden.
+  // A hull stage avoids patches outside of the view, but neither patches that face away nor hidden ones.
   EXPECT_GT(post.patches_culled, 0u);
   EXPECT_LT(post.domain_evaluations, r.counters.frontend.cells);
   EXPECT_LT(pre.domain_evaluations_cached, post.domain_evaluations);
@@ -766,8 +766,8 @@ TEST(BaselinesOption, ACaptureWithoutAnythingToDrawIsMeasuredToo) {
   EXPECT_THAT(baseline_verdict_text(*r.baselines, 850, 1), HasSubstr("> tessera"));
 }
 
-// The best of each kind in each measure, and what tessera takes of it.
-TEST(BaselinesVerdict, NamesWhoWinsWhatByHowMuch) {
+// The best scheme of each kind in each measure, and tessera's ratio to it.
+TEST(BaselinesVerdict, NamesTheWinnerOfEachMeasureAndTheMargin) {
   BaselineSet set;
   for (std::size_t s = 0; s < baselines::kSchemeCount; ++s) {
     set.schemes[s].cycles = 2000 + s;
@@ -781,7 +781,7 @@ TEST(BaselinesVerdict, NamesWhoWinsWhatByHowMuch) {
   EXPECT_EQ(against["shipped"]["cycles"], (json{{"scheme", "immediate"}, {"value", 1250}, {"ratio", 0.8}}));
   EXPECT_EQ(against["idealised"]["cycles"], (json{{"scheme", "visibility-stream"}, {"value", 800}, {"ratio", 1.25}}));
   EXPECT_EQ(against["idealised"]["dram_bytes"], (json{{"scheme", "deferred-vertex"}, {"value", 400}, {"ratio", 1.25}}));
-  EXPECT_FALSE(against["shipped"].contains("energy_nj"));  // nobody knows it
+  EXPECT_FALSE(against["shipped"].contains("energy_nj"));  // its energy is unknown
   EXPECT_EQ(verdict["sentence"],
             "tessera against the best that ships: 20 % less time than immediate, the same bytes as post-tessellation. "
             "Against the best idealised baseline: 25 % more time than visibility-stream, 25 % more bytes than "

@@ -54,12 +54,12 @@ TEST(Calibration, EveryRowHasADateAndRangesHoldTheirValues) {
   }
 }
 
-TEST(Calibration, DatesAreThoseOfWhatASourceNames) {
+TEST(Calibration, DatesBelongToTheNamedSources) {
   EXPECT_EQ(source_years("[spec] Munkberg et al. 2010 for obb"), (std::set<int>{2010}));
   EXPECT_EQ(source_years("[spec] 1 on Mali-G31, 10 to 16 on Immortalis-G720"), (std::set<int>{2018, 2023}));
   EXPECT_EQ(source_years("[spec] US 2007/0002066: an array of lanes; [assumed] 32"), (std::set<int>{2007, kYearRead}));
   EXPECT_EQ(source_years("[assumed] 2 MiB"), (std::set<int>{kYearRead}));
-  EXPECT_EQ(source_years("[measured] docs/bounding.md: 2400 frames"), (std::set<int>{kYearRead}));
+  EXPECT_EQ(source_years("[measured] docs/bounds_and_binning.md: 2400 frames"), (std::set<int>{kYearRead}));
   EXPECT_EQ(source_years("[spec] PowerVR's driver starts at 2 MiB"), (std::set<int>{kYearRead}));
 }
 

@@ -28,7 +28,7 @@ struct Rendering {
   }
 };
 
-// A change, and the words by which the first part of what changed has to name it.
+// A change, and the words by which the first named cause has to name it.
 struct Planted {
   const char* capture;
   std::function<void(Rendering&)> plant;
@@ -77,7 +77,7 @@ const std::vector<Planted>& planted_causes() {
       {"eggs", key("tile.width=64"), "tile.width 32 -> 64"},
       {"eggs", key("l2.bytes=32768"), "l2.bytes"},
       {"eggs", key("effects.motion=off"), "effects.motion auto -> off"},
-      // What is drawn.
+      // Changes of the drawn image and scene.
       {"eggs", [](Rendering& s) { s.resize(320, 180); }, "size of the image: 160x90 -> 320x180"},
       {"eggs", [](Rendering& s) { node_of(s.capture, "ground").mesh = scene::kNone; }, "ground / cobbles is not drawn"},
       {"vases", [](Rendering& s) { s.capture.nodes[1].instances.assign(2, {}); }, "base patches"},
@@ -178,8 +178,8 @@ TEST(Causes, EqualRunsHaveNone) {
   EXPECT_THAT(why.parts[0].parts[0].text, HasSubstr("nothing"));
 }
 
-// The failing twin: what grew does not stand before what came.
-TEST(Causes, WhatCameStandsBeforeWhatGrew) {
+// The failing twin: a counter that grew does not stand before a part that is new.
+TEST(Causes, NewPartsStandBeforeGrownCounters) {
   const test::TemporaryFolder out;
   const Planted both = {"eggs",
                         [](Rendering& s) {
@@ -192,7 +192,8 @@ TEST(Causes, WhatCameStandsBeforeWhatGrew) {
   EXPECT_THAT(why.parts[0].parts[0].text, HasSubstr("motion does not run"));
 }
 
-// Of two captures the figures that tell them apart are named, then where the cycles and bytes went, as of two runs of one.
+// For two captures the report names the figures that tell them apart, then the places of cycles and bytes, as for two
+// runs of one capture.
 TEST(Causes, TwoCapturesAreToldApartByTheirFigures) {
   const test::TemporaryFolder out;
   Rendering vases, garden;

@@ -125,7 +125,7 @@ TEST_F(Compare, FiguresAreMeansOverTheFramesThatAllHave) {
   EXPECT_EQ(row(report["units"], "texture")["b"], 1050);
   EXPECT_DOUBLE_EQ(row(report["energy"], "dram")["a"].get<double>(), 1100 * 6e-6);
   EXPECT_EQ(row(report["drawables"], "tree / leaf")["a"], 825);
-  // Counters are those of stats.json: summed, or the peak.
+  // Counters are the counters of stats.json: summed, or the peak.
   EXPECT_EQ(row(report["counters"], "tilecore.triangles")["a"], 4400);
   EXPECT_EQ(row(report["counters"], "binner.queue_bytes_peak")["a"], 1200);
   EXPECT_EQ(report["bound_by"], json({{"a", "shader"}, {"b", "texture"}}));
@@ -134,7 +134,7 @@ TEST_F(Compare, FiguresAreMeansOverTheFramesThatAllHave) {
 TEST_F(Compare, FramesOfOtherNumbersAreComparedAsTheyAre) {
   const json report = compared({run("a", statistics({1000})), run("b", statistics({3000}, 7))});
   EXPECT_TRUE(report["frames_compared"].empty());
-  EXPECT_THAT(report["notes"][0].get<std::string>(), HasSubstr("no frame is in all of them"));
+  EXPECT_THAT(report["notes"][0].get<std::string>(), HasSubstr("the runs have no frame in common"));
   EXPECT_EQ(row(report["summary"], "cycles")["b"], 3000);
 }
 
@@ -186,7 +186,7 @@ TEST_F(Compare, AThresholdThatIsExceededIsStatus5) {
   EXPECT_THAT(gate(a, b, {"flip=0.1"}).errors, HasSubstr("there are no images to compare"));
 }
 
-// What grew where there was nothing before is more than any percentage.
+// A counter that grew from zero exceeds any percentage.
 TEST_F(Compare, ACounterThatIsNewExceedsEveryThreshold) {
   json with = statistics({1000});
   with["frames"][0]["counters"]["binner.partial_renders"] = 1;

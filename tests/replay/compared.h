@@ -6,7 +6,7 @@
 #include "gpu/device.h"
 #include "tests/support/tests.h"
 
-// Frames beside those of the schemes.
+// Frames beside the same frames of the schemes.
 namespace tessera::test {
 
 using baselines::SchemeId;
@@ -50,7 +50,7 @@ inline bool has_patches(const scene::Capture& capture) {
   });
 }
 
-// All but those that draw without tiles.
+// All schemes with tiles.
 inline std::vector<SchemeId> tiled_schemes(const scene::Capture& capture) {
   std::vector<SchemeId> out = triangle_schemes();
   std::erase_if(

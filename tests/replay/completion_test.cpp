@@ -20,7 +20,7 @@ std::set<std::string> lines_of(const std::string& text) {
   return lines;
 }
 
-// What bash offers for these words, the last one unfinished: split as bash splits a line.
+// Completions that bash offers for these words, the last one unfinished; bash itself splits the line.
 class BashCompletion : public testing::Test {
  protected:
   static constexpr const char* kBash = "/bin/bash";
@@ -65,7 +65,7 @@ TEST_F(BashCompletion, OffersCommandsAndTheirOptions) {
   }
 }
 
-TEST_F(BashCompletion, OffersWhatAnOptionTakes) {
+TEST_F(BashCompletion, OffersTheValuesOfAnOption) {
   const auto presets = offered({"tessera", "replay", "x.glb", "--gpu", ""});
   for (const std::string& preset : gpu::preset_names()) EXPECT_THAT(presets, Contains(preset));
   EXPECT_THAT(presets, Contains("study.json"));

@@ -53,7 +53,7 @@ struct DesampledComparison {
     return sum / static_cast<double>(frames.size() - from);
   }
 
-  // Root mean square error of pixels at most `reach` pixels from a border between tiles, and of the others.
+  // Root mean square errors of pixels at most `reach` pixels from a border between tiles, and of the other pixels.
   struct Seams {
     double at_borders, inside;
     double ratio() const { return at_borders / inside; }

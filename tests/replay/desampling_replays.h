@@ -38,7 +38,7 @@ struct Machine {
 
 inline Machine plain() { return Machine().set("resolve.desampling=off"); }
 
-// Of linear light up to what a display shows at most: highlights beyond it are equally white.
+// Error of linear light, clamped at the display's maximum: highlights beyond it are equally white.
 inline double rmse(const Image& a, const Image& b) {
   double sum = 0;
   for (std::size_t i = 0; i < a.values.size(); ++i) {

@@ -73,7 +73,7 @@ TEST(DesamplingSplits, TheFocusFollowsANode) {
   const DVec2 seen = gpu::MovingFocus(follow, capture).at(0, camera, 160, 90);
   EXPECT_NEAR(seen.x, 0.5 - 0.2 * scale / 160, 1e-9);
   EXPECT_NEAR(seen.y, 0.5 - 0.1 * scale / 90, 1e-9);
-  // The image is that of a focus which rests where the node is.
+  // The image equals the image with a focus that rests at the node's place.
   capture.nodes.back().transform.translation = DVec3(camera.view(pose).camera_to_world * DVec4(-40 / scale, 0, -1, 1));
   const gpu::FrameResult followed = Machine(m).set("resolve.focus_node=eye").renderer(capture).render(0),
                          fixed = m.set("resolve.focus_x=0.25").renderer(capture).render(0);

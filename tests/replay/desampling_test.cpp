@@ -9,7 +9,7 @@
 namespace tessera::replay::desampling_test {
 namespace {
 
-// ---- What desampling leaves alone -------------------------------------------------------------------------------
+// ---- Unaffected by desampling -----------------------------------------------------------------------------------
 
 TEST(Desampling, OffLeavesNoTraceInImageOrStatistics) {
   const gpu::FrameResult off = plain().renderer(shipped("serpent")).render(12);
@@ -38,7 +38,7 @@ TEST(Desampling, FullRateEverywhereIsThePlainImageBitForBit) {
   }
 }
 
-TEST(Desampling, PixelsThatAreShadedAreThoseOfThePlainImage) {  // RU3
+TEST(Desampling, ShadedPixelsEqualThePlainImage) {  // RU3
   Machine m;
   m.request.resolve_auxiliary = true;
   for (const char* mode : {"adaptive", "fixed_8", "fixed_4", "checkerboard"}) {
@@ -65,8 +65,8 @@ TEST(Desampling, PixelsThatAreShadedAreThoseOfThePlainImage) {  // RU3
   }
 }
 
-// DS2 of the shader, with what is skipped.
-TEST(Desampling, EverySampleIsShadedSharedOrSkippedAndWhatIsSavedIsWhatFullShadingWouldTake) {
+// DS2 of the shader, skipped samples included.
+TEST(Desampling, EverySampleIsShadedSharedOrSkippedAndTheSavingIsAgainstFullShading) {
   for (const char* rate : {"pixel", "sample", "cache"}) {
     const Capture capture = shipped("eggs");
     Machine m;
@@ -159,7 +159,7 @@ TEST(Desampling, WithStencilsThatReachNeighboursTilesDoNotShow) {
     EXPECT_EQ(counters(small[f]).blocks_rate_8, counters(large[f]).blocks_rate_8);
     EXPECT_EQ(counters(small[f]).pixels_advected, counters(large[f]).pixels_advected);
   }
-  // Nor in what contrast decides.
+  // Nor do they show in decisions by contrast.
   EXPECT_EQ(images("neighbours", 8, "0.008")[2].targets.color.values,
             images("neighbours", 64, "0.008")[2].targets.color.values);
   const auto local_small = images("tile", 8), local_large = images("tile", 64);
@@ -171,9 +171,9 @@ TEST(Desampling, WithStencilsThatReachNeighboursTilesDoNotShow) {
   EXPECT_GT(read_across_tiles(small[2]), read_across_tiles(large[2]));
 }
 
-// Any tile, either reach, with back and forth error compensation and without. Where stencils stop at the tile's border,
-// what is fast would tell of it: there everything is slow, or shaded.
-TEST(Desampling, TilesDoNotShowInWhatIsReprojected) {  // RU1, RU2
+// Images are the same for any size of tiles, for either reach, with back and forth error compensation and without.
+// Where stencils stop at the tile's border, fast blocks would show it: there all blocks are slow, or fully shaded.
+TEST(Desampling, TilesDoNotShowInReprojectedImages) {  // RU1, RU2
   const Capture capture = shipped("stroll");
   for (const char* reach : {"tile", "neighbours"})
     for (const char* bfecc : {"false", "true"}) {
@@ -483,7 +483,7 @@ TEST(Desampling, SupersamplingShadesEdgesTwice) {
   EXPECT_EQ(counters(once[1]).blocks_rate_32, 0u);
   EXPECT_GT(counters(twice[1]).blocks_rate_32, 0u);
   EXPECT_GT(twice[1].counters.shading.pixel_shader_invocations, once[1].counters.shading.pixel_shader_invocations);
-  // Closer to a run per sample, which is what it stands for.
+  // The image is closer to one invocation per sample, which it approximates.
   const gpu::FrameResult samples = plain().set("shading.rate=sample").renderer(capture).render(30);
   EXPECT_LT(rmse(twice[0].targets.color, samples.targets.color), rmse(once[0].targets.color, samples.targets.color));
 }
@@ -506,7 +506,7 @@ TEST(Desampling, FoveationSavesOutsideAndKeepsTheFocus) {
     }
 }
 
-// What is seen before nothing has no depth; it is made from what is beside it all the same.
+// Glass before the background has no depth; it is reconstructed from its neighbours all the same.
 TEST(Desampling, GlassBeforeNothingIsReconstructed) {
   const Slide glass(0.0, 64, true, 0.5);
   Machine m;
@@ -516,7 +516,7 @@ TEST(Desampling, GlassBeforeNothingIsReconstructed) {
   EXPECT_LT(rmse(got.targets.color, full.targets.color), 0.05);
 }
 
-TEST(Desampling, TheRightEyeTakesWhatIsFarFromTheLeft) {
+TEST(Desampling, TheRightEyeTakesFarPixelsFromTheLeft) {
   const Capture capture = shipped("vases");
   const auto stereo = [&](const char* desampling, const char* depth) {
     return Machine()
@@ -542,8 +542,8 @@ TEST(Desampling, TheRightEyeTakesWhatIsFarFromTheLeft) {
   EXPECT_EQ(far.targets.color.values, full.targets.color.values);
 }
 
-// What is at rest may not be copied from the right eye's own history when a light has changed, nor from the left eye as
-// if it had no parallax.
+// After a change of a light, blocks at rest may be copied neither from the right eye's own history nor from the left
+// eye without its parallax.
 TEST(Desampling, TheRightEyeSeesALightThatChanged) {
   Capture capture = shipped("vases");
   for (std::size_t n = 0; n < capture.nodes.size(); ++n)
@@ -596,7 +596,7 @@ Capture strips_behind_glass(bool glass) {
 }
 
 // The pane has a parallax of its own; that it rests for the right eye says nothing of where the left one sees it.
-TEST(Desampling, WhatIsBlendedAtRestDoesNotComeFromTheOtherEyeWithTheMotionOfWhatIsBehind) {
+TEST(Desampling, BlendedSurfacesAtRestDoNotComeFromTheOtherEyeWithTheBackgroundsMotion) {
   const auto second_frame = [](const Capture& capture, const char* desampling) {
     Machine m;
     m.set(std::string("resolve.desampling=") + desampling).set("stereo.eye_separation=0.4").set("stereo.far_depth=20");

@@ -152,7 +152,7 @@ TEST(DracoEncoder, IntegersComeBackExactlyInEitherOrder) {
   EXPECT_NE(indices_of(*other), input.indices);  // why order that matters needs the sequential method
 }
 
-// Corners of the triangles with the first in each the least, sorted: what does not depend on numbering.
+// Sorted corners of the triangles, the least corner first in each: a form that does not depend on numbering.
 std::vector<std::array<long, 9>> triangle_set(const std::vector<std::uint32_t>& indices,
                                               const std::vector<float>& positions, float step) {
   std::vector<std::array<long, 9>> out;

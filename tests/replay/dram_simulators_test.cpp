@@ -36,7 +36,7 @@ const Simulators& simulators() {
   return built;
 }
 
-// What follows `name` in a simulator's line.
+// The number after `name` in a simulator's line.
 double figure(const std::string& text, const std::string& name) {
   std::smatch match;
   if (!std::regex_search(text, match, std::regex(name + " ([0-9.]+)"))) return std::nan("");
@@ -83,9 +83,9 @@ class DramSimulators : public testing::TestWithParam<const char*> {
   test::TemporaryFolder folder_;
 };
 
-// LPDDR5-6400, four channels of 16 bits: what the frame's own time is, `tessera dram` needs from its trace alone, and so does
-// Ramulator 2. As fast as either memory takes it, the trace takes equally long.
-// Nothing was fitted to city, garden and sample models of others, which are named by their place in their folder.
+// LPDDR5-6400, four channels of 16 bits: from its trace alone `tessera dram` needs the frame's own time, and so does
+// Ramulator 2. As fast as either memory accepts it, the trace takes equally long. Nothing was fitted to city, garden
+// and sample models of others, which are named by their place in their folder.
 TEST_P(DramSimulators, EndWithTheFrameAndReadAsFast) {
   fs::path capture = test::shipped_capture(GetParam());
   if (std::string(GetParam()).ends_with(".gltf")) {
@@ -117,7 +117,7 @@ TEST_P(DramSimulators, EndWithTheFrameAndReadAsFast) {
       EXPECT_NEAR(end / frame, 1, 0.01);
       EXPECT_NEAR(other_end / frame, 1, 0.05) << other.output;
     } else {
-      // A read's latency is that of full queues, which hangs on who is starved how long.
+      // With full queues the latency of a read depends on which requests starve, and how long.
       EXPECT_NEAR(latency / other_latency, 1, 0.3) << other.output;
     }
   }

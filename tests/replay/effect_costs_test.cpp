@@ -1,4 +1,4 @@
-// `tessera tradeoff --effects`: what each effect of a frame costs, and that an absent one costs nothing.
+// `tessera tradeoff --effects`: the cost of each effect of a frame; an absent one costs nothing.
 #include "replay/tradeoff/effect_costs.h"
 
 #include "gpu/device.h"
@@ -87,7 +87,7 @@ class EffectCostsCommand : public testing::Test {
 };
 
 // The frame without an effect is the frame that a replay draws without it.
-TEST_F(EffectCostsCommand, WithoutAnEffectTheFrameIsThatOfAReplayWithoutIt) {  // EFC3
+TEST_F(EffectCostsCommand, WithoutAnEffectTheFrameEqualsAReplayWithoutIt) {  // EFC3
   const std::filesystem::path eggs = test::shipped_capture("eggs");
   const test::ProcessResult r = run(eggs, {"--effects"});
   ASSERT_EQ(r.status, 0) << r.errors;
@@ -120,7 +120,7 @@ TEST_F(EffectCostsCommand, WithoutAnEffectTheFrameIsThatOfAReplayWithoutIt) {  /
   EXPECT_EQ(run(eggs, {"--effects", "--knobs", "samples"}).status, 2);
 }
 
-// Layers of materials are left out of the scene, and with a layer those that need it.
+// Layers of materials are left out of the scene, and with a layer all layers that need it.
 TEST_F(EffectCostsCommand, LayersAreLeftOutOfTheMaterials) {
   test::GltfAsset asset;
   const std::vector<float> positions = {-1, -1, 0, 1, -1, 0, -1, 1, 0, 1, 1, 0};

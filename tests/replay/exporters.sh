@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# What today's exporters make of a model: FOLDER/MODEL.WAY.glb for every way that gltf-transform and gltfpack have of compressing it.
+# Compresses a model with today's exporters: FOLDER/MODEL.WAY.glb for every way that gltf-transform and gltfpack have.
 #
 #   exporters.sh FOLDER MODEL.gltf...
 #
@@ -14,7 +14,7 @@ if [ ! -x "$folder/node_modules/.bin/gltfpack" ] || [ ! -x "$folder/node_modules
 fi
 cd "$folder"
 
-# Each way once: what is there from an earlier run stays.
+# Writes each file once: a file of an earlier run stays.
 write() { # OUTPUT COMMAND...
   [ -f "$1" ] && return
   "${@:2}" >"$1.log" 2>&1 || { cat "$1.log" >&2; rm -f "$1"; exit 1; }

@@ -1,4 +1,4 @@
-// What today's exporters write, of sample models, each in every way that they have of compressing it.
+// Files of today's exporters, from sample models, each in every way that they have of compressing it.
 #include "base/error.h"
 #include "scene/capture_reader.h"
 #include "scene/pose.h"
@@ -9,7 +9,7 @@ namespace {
 
 using scene::Capture;
 
-// What no compression may change by much: where the surface is, and how much of it there is.
+// Measures that no compression may change by much: the place of the surface and its area.
 struct Extent {
   DVec3 low{1e300}, high{-1e300}, centroid{0.0};  // centroid by area
   double area = 0;
@@ -44,7 +44,7 @@ Extent extent_at(const Capture& capture, double time) {
   return out;
 }
 
-TEST(Exporters, WhatTheyWriteLoadsAndIsTheSameSurface) {
+TEST(Exporters, FilesLoadAndHaveTheSameSurface) {
   const auto assets = test::assets_folder();
   if (!assets) GTEST_SKIP() << "no folder of sample models: set TESSERA_ASSETS";
   const fs::path folder = fs::path(TESSERA_BINARY_DIR) / "exporters";

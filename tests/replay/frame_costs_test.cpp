@@ -1,4 +1,4 @@
-// What drawables, materials and tiles cost, in the folder of a replay.
+// Costs of drawables, materials and tiles in the folder of a replay.
 #include "replay/frame_costs.h"
 #include "tests/support/tests.h"
 
@@ -25,7 +25,7 @@ double sum(const json& values) {
                          [](double all, const json& value) { return all + value.get<double>(); });
 }
 
-// What of the frame the rows do not add up to.
+// Figures of the frame that the rows do not add up to.
 std::vector<std::string> missing(const json& frame, const char* rows) {
   std::vector<std::string> out;
   const auto differs = [](double a, double b, double tolerance) {
@@ -76,7 +76,7 @@ TEST(FrameCosts, ARowThatIsMissingIsNoticed) {
 }
 
 // The split of the record, by another way.
-TEST(FrameCosts, AreThoseOfTheRecord) {
+TEST(FrameCosts, EqualTheRecord) {
   const test::TemporaryFolder out;
   const std::string record = (out / "r.record").string(), split = (out / "s.json").string();
   replay_into(out, "flyby", {"--record", record});
@@ -99,8 +99,8 @@ TEST(FrameCosts, AreThoseOfTheRecord) {
   }
 }
 
-// Doubling takes too long with events: the path of a tile says what bounds it. Nearly all cycles are in tiles of which it
-// says what doubling says.
+// Doubling takes too long with events: the path of a tile estimates its bound. For nearly all cycles the estimate
+// agrees with doubling.
 TEST(FrameCosts, WithEventsBoundsOfTilesAreEstimated) {
   double cycles = 0, right = 0;
   for (const char* name : {"vases", "eggs", "flyby"}) {
@@ -125,7 +125,7 @@ TEST(FrameCosts, WithEventsBoundsOfTilesAreEstimated) {
   EXPECT_GT(right, 0.9 * cycles);
 }
 
-// FSH1: what tiles move, purpose by purpose, is what the ledger has of their units.
+// FSH1: the bytes that tiles move for each purpose equal the bytes that the ledger has for their units.
 std::map<std::string, double> bytes_off(const json& frame, const json& tiles) {
   std::map<std::string, double> off;
   for (const auto& [purpose, values] : tiles["costs"]["dram"].items()) off[purpose] += sum(values);
@@ -136,7 +136,7 @@ std::map<std::string, double> bytes_off(const json& frame, const json& tiles) {
   return off;
 }
 
-TEST(FrameCosts, BytesOfTilesAreThoseOfTheLedger) {
+TEST(FrameCosts, BytesOfTilesEqualTheLedger) {
   for (const auto& [name, run] : std::vector<std::pair<const char*, std::vector<std::string>>>{
            {"eggs", {}},
            {"vases", {"--set", "parameter_buffer.bytes=4096"}},
@@ -155,7 +155,7 @@ TEST(FrameCosts, BytesOfTilesAreThoseOfTheLedger) {
   }
 }
 
-TEST(FrameCosts, ListsOfTilesNameWhatTheTilesDraw) {
+TEST(FrameCosts, ListsOfTilesNameTheirDrawables) {
   const test::TemporaryFolder out;
   replay_into(out, "flyby");
   const json frame = stats_of(out)["frames"][0], tiles = json::parse(test::read_text(out / "tiles_0000.json"));
@@ -173,8 +173,9 @@ TEST(FrameCosts, ListsOfTilesNameWhatTheTilesDraw) {
   for (const auto& [row, count] : invocations) EXPECT_EQ(frame["drawables"][row]["invocations"], count) << row;
 }
 
-// More than are named: the rest has one row, and tiles' lists are cut with those that are seen most first.
-TEST(FrameCosts, OfManyDrawablesTheRestIsOneRow) {
+// With more drawables than are named, the rest has one row, and the lists of tiles are cut after the drawables that
+// are seen most.
+TEST(FrameCosts, TheRestOfManyDrawablesIsOneRow) {
   json head = {{"drawables", json::array()}};
   gpu::CostAttribution shares;
   shares.lists.resize(1);

@@ -59,7 +59,7 @@ class Rules {
       fault("the chunk has {} bytes, its buffer says {}", binary_.size(), length);
   }
 
-  // Ranges are of what is stored: of integers, also of normalised ones, they are integers.
+  // Ranges hold stored values: the ranges of integers are integers, also where they are normalised.
   void range(std::size_t number) {
     const json& accessor = list_of(d_, "accessors")[number];
     if (accessor["componentType"] == 5126) return;
@@ -164,7 +164,7 @@ class Rules {
       }
     const json& accessors = list_of(d_, "accessors");
     for (std::size_t a = 0; a < accessors.size(); ++a) {
-      if (!used_.contains(a)) fault("accessor {} is read by nobody", a);
+      if (!used_.contains(a)) fault("accessor {} is never read", a);
       if (accessors[a].contains("sparse"))
         for (const char* part : {"indices", "values"})
           users_[accessors[a]["sparse"][part]["bufferView"]].insert("sparse");
@@ -231,7 +231,8 @@ class Rules {
     for (const std::string& name : required)
       if (!used.contains(name)) fault("{} is required but not used", name);
     for (const char* name : kMeshopt)
-      if (required.contains(name) != found.contains(name)) fault("{}: required by nobody, or not at all", name);
+      if (required.contains(name) != found.contains(name))
+        fault("{}: required without use, or used without being required", name);
     if (required.contains(kDraco) && !found.contains(kDraco)) fault("Draco is required, no primitive has it");
     for (const char* list : {"extensionsUsed", "extensionsRequired"})
       if (d_.contains(list) && d_[list].empty()) fault("{} is empty", list);

@@ -64,7 +64,7 @@ class GltfSource {
   template <class T>
   static std::string bytes_of(const std::vector<T>& values, std::size_t size, std::size_t stride) {
     const std::size_t count = values.size() * sizeof(T) / size;
-    std::string out((count - 1) * stride + size, '\x5A');  // gaps hold what nobody should read
+    std::string out((count - 1) * stride + size, '\x5A');  // gaps hold bytes that no reader should read
     for (std::size_t i = 0; i < count; ++i)
       std::memcpy(&out[i * stride], reinterpret_cast<const char*>(values.data()) + i * size, size);
     return out;

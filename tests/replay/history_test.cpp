@@ -1,4 +1,4 @@
-// What one frame leaves to the next: saved and restored, its traffic, who reads it.
+// The history that one frame leaves to the next: saved and restored, its traffic, its readers.
 #include "base/error.h"
 #include "tests/replay/desampling_replays.h"
 #include "tests/support/tests.h"
@@ -82,7 +82,7 @@ TEST(Desampling, HistoryTrafficIsInTheLedger) {
 }
 
 // A record for every pixel would take 8 bytes of each.
-TEST(Desampling, PackedRecordsTakeLessThanAQuarterOfThoseOfPixels) {
+TEST(Desampling, PackedRecordsTakeLessThanAQuarterOfPixelRecords) {
   Machine m;
   m.request = {640, 360, {0, 0, 640, 360}};
   for (const gpu::FrameResult& frame : m.frames(shipped("stroll"), 10, 13))
@@ -90,7 +90,7 @@ TEST(Desampling, PackedRecordsTakeLessThanAQuarterOfThoseOfPixels) {
 }
 
 // RU6. Who does not advect reads no records; who knows no hysteresis either reads nothing at all.
-TEST(Desampling, HistoryThatNobodyReadsIsNeitherWrittenNorCharged) {
+TEST(Desampling, UnreadHistoryIsNeitherWrittenNorCharged) {
   const Capture capture = shipped("stroll");
   const auto third_frame = [&](std::initializer_list<const char*> settings) {
     Machine m;
@@ -113,7 +113,7 @@ TEST(Desampling, HistoryThatNobodyReadsIsNeitherWrittenNorCharged) {
     EXPECT_FALSE(r->effects.at("advection"));
   }
   EXPECT_EQ(still.effect_reasons.at("history"),
-            "a byte per block for the hysteresis; nobody reads records of pixels: resolve.advection=false");
+            "a byte per block for the hysteresis; no unit reads records of pixels: resolve.advection=false");
   EXPECT_EQ(slowest.effect_reasons.at("advection"), "resolve.reuse_speed is 0: nothing is slower");
   const gpu::FrameResult none =
       third_frame({"resolve.advection=false", "resolve.hysteresis=0", "resolve.pattern_error=0"});
@@ -122,10 +122,10 @@ TEST(Desampling, HistoryThatNobodyReadsIsNeitherWrittenNorCharged) {
   const gpu::FrameResult contrast = third_frame({"resolve.advection=false", "resolve.hysteresis=0"});
   EXPECT_GE(history(contrast).written_bytes, kBlocks * History::kContrastBytes);
   EXPECT_EQ(contrast.effect_reasons.at("history"),
-            "a byte per block of contrast; nobody reads records of pixels: resolve.advection=false");
+            "a byte per block of contrast; no unit reads records of pixels: resolve.advection=false");
 }
 
-// What is not kept is not there for a replay that goes on with other settings: nothing of it is taken.
+// A replay that goes on with other settings takes nothing from records that were not kept.
 TEST(Desampling, AHistoryWithoutRecordsGivesNothingToAdvect) {
   const Capture capture = shipped("stroll");
   gpu::Device without = Machine().set("resolve.advection=false").renderer(capture), with = Machine().renderer(capture);

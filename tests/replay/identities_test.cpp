@@ -1,5 +1,6 @@
-// What must add up, and figures that follow from a definition: sizes of frame buffers and lists, tiles per frame, record
-// ratios, memory rates, and on a small scene the ledger, work, cycles, energy and DRAM trace of one frame.
+// Sums that must add up, and figures that follow from a definition: sizes of frame buffers and lists, tiles per
+// frame, record ratios, memory rates, and on a small scene the ledger, work, cycles, energy and DRAM trace of one
+// frame.
 #include "frontend/front_end.h"
 #include "gpu/configuration.h"
 #include "gpu/device.h"
@@ -54,7 +55,7 @@ TEST(Identities, FramesHaveTheTilesAndBytesThatAreKnownOfThem) {
               3.98, 0.005);
 }
 
-TEST(Identities, V3dListsAndTileStatesTakeWhatMesaReserves) {
+TEST(Identities, V3dListsAndTileStatesTakeTheBytesThatMesaReserves) {
   const std::uint64_t tiles = binner::TileGrid(1920, 1080, 64, 64).tile_count();
   EXPECT_EQ((tiles * 64 + 4095) / 4096 * 4096 + (8 << 10) + (512 << 10), 565248u);
   EXPECT_EQ(tiles * 256, 130560u);

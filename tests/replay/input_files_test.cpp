@@ -56,14 +56,14 @@ class Inputs {
 const std::vector<std::string> kNamed = {"capture.gltf",   "data.bin",   "albedo.png", "alternative.ktx2",
                                          "frame_0003.png", "medium.mp4", "sky.hdr"};
 
-TEST(InputFiles, ACaptureNamesBuffersImagesEnvironmentsAndWhatExtensionsName) {
+TEST(InputFiles, ACaptureNamesBuffersImagesEnvironmentsAndFilesOfExtensions) {
   const Inputs inputs;
   std::set<std::string> names;
   for (const fs::path& file : scene::gltf::named_files(inputs.capture)) names.insert(file.filename().string());
   EXPECT_EQ(names, std::set<std::string>(kNamed.begin() + 1, kNamed.end()));
 }
 
-TEST(InputFiles, ABrokenOrMissingCaptureNamesWhatStandsBeforeTheFault) {
+TEST(InputFiles, ABrokenOrMissingCaptureNamesTheFilesBeforeTheFault) {
   const test::TemporaryFolder folder;
   EXPECT_TRUE(scene::gltf::named_files(folder / "none.gltf").empty());
   const std::string whole =

@@ -39,7 +39,8 @@ gpu::FrameResult render(const Capture& capture, const Variant& variant, int fram
   return render(std::make_shared<const gpu::PreparedCapture>(capture), variant, frame, request);
 }
 
-// Rectangles, no times, one queue per tile: what every other way of binning is compared with.
+// The plainest binning, with rectangles, no times and one queue per tile: every other way of binning is compared with
+// it.
 Variant plainest_binning(Variant v) {
   v.gpu.binner.coverage = binner::CoverageMethod::kRectangle;
   v.gpu.binner.time_intervals = false;
@@ -143,14 +144,15 @@ TEST_P(ShippedCapture, TilesQueuesAndBuffersNeverChangeTheImage) {  // M1
   for (const Variant& v : variants) EXPECT_EQ(image_bytes(shown(v).targets), image_bytes(expected.targets)) << v.name;
 }
 
-// Also invariant 1: coverage, time intervals, segments and levels of queues leave out only what no sample can see.
+// Also invariant 1: coverage, time intervals, segments and levels of queues leave out only geometry that no sample
+// can see.
 TEST_P(ShippedCapture, CoverageTimesAndQueueLevelsNeverChangeTheImage) {  // M1
   const gpu::FrameResult expected = shown(plainest_binning({}));
   std::map<int, std::uint64_t> overlaps;  // by the side of a tile
   for (const Variant& v : binning_variants()) {
     const gpu::FrameResult result = shown(v);
     EXPECT_EQ(image_bytes(result.targets), image_bytes(expected.targets)) << v.name;
-    // A search limited by the samples' depth hits more where a partial render comes before what is nearer.
+    // A search limited by the samples' depth hits more where a partial render comes before nearer geometry.
     if (result.counters.binner.partial_renders == 0) {
       EXPECT_EQ(result.counters.tilecore.sample_hits, expected.counters.tilecore.sample_hits) << v.name;
     }
@@ -181,7 +183,7 @@ std::vector<Variant> front_end_variants() {
   return variants;
 }
 
-// Also invariant 1, and zero false culls: what is dropped could not have been seen.
+// Also invariant 1, and zero false culls: dropped geometry could not have been seen.
 TEST_P(ShippedCapture, BoundingSplittingAndCullingNeverChangeTheImage) {  // M1
   Variant plain;
   plain.gpu.frontend.bound_method = frontend::BoundMethod::kObb;
@@ -245,7 +247,8 @@ struct Combinations {
   }
 };
 
-// All rows give the image of the machine as it is, and those of one method and size of tiles the same counters.
+// All rows give the image of the machine as it is, and the rows of one method and size of tiles give the same
+// counters.
 void expect_the_same_bits(const Prepared& capture, int frame, const std::vector<test::Choices>& rows) {
   const gpu::RenderRequest request = whole(80, 45);
   const gpu::FrameResult expected = render(capture, {}, frame, request);
@@ -320,7 +323,7 @@ TEST_P(ShippedCapture, ARegionIsACutOutOfTheFrame) {
         ASSERT_EQ(part.targets.color.at(x - region.x0, y - region.y0)[c], all.targets.color.at(x, y)[c]);
 }
 
-TEST_P(ShippedCapture, FramesAreIndependentOfWhatWasRenderedBefore) {
+TEST_P(ShippedCapture, FramesAreIndependentOfEarlierFrames) {
   gpu::Device fresh(capture, {}, {}, whole(96, 54)), used(capture, {}, {}, whole(96, 54));
   used.render(frame + 2);
   used.render(frame);
@@ -343,7 +346,7 @@ TEST(PartialRender, IsCountedAndLosesNothing) {  // M6
   EXPECT_EQ(partial.counters.tilecore.entries_fetched, whole_frame.counters.binner.entries);
   const auto& state = partial.counters.ledger.traffic(memory::Unit::kTilecore, memory::Purpose::kTileState);
   EXPECT_GT(state.written_bytes, 0u);
-  EXPECT_EQ(state.written_bytes, state.read_bytes);  // what was stored was loaded again
+  EXPECT_EQ(state.written_bytes, state.read_bytes);  // the stored state was loaded again
   tiny.gpu.parameter_buffer.full_policy = binner::FullPolicy::kSpill;
   const gpu::FrameResult spilled = render(capture, tiny, 14);
   EXPECT_EQ(spilled.counters.binner.partial_renders, 0u);
@@ -556,7 +559,8 @@ scene::Primitive fine_sheet() {
   return test::triangles(positions, indices, scene::kNone);
 }
 
-// A wall leaves the crowd and a fine sheet, which hides half of it: what it hid in one frame is seen in the next.
+// A wall leaves the crowd and a fine sheet, which hides half of it: geometry that it hid in one frame is seen in the
+// next.
 TEST(Crowd, ThePreviousFramesDepthCullsWithoutChangingAImage) {
   for (const bool tiny_buffer : {false, true}) {
     Capture capture = crowd(false, 0.0f);

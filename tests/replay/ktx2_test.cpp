@@ -48,7 +48,7 @@ gpu::FrameResult render(const scene::Capture& capture, BasisTarget target) {
   return gpu::Device(capture, {}, settings, request).render(0);
 }
 
-// The PNG of what a file of one level decodes to.
+// Decodes a file of one level and encodes it as PNG.
 std::string as_png(const std::string& file, BasisTarget target = BasisTarget::kRgba32) {
   ktx2::BasisTexture texture;
   std::string fault;
@@ -59,7 +59,7 @@ std::string as_png(const std::string& file, BasisTarget target = BasisTarget::kR
   return encode_png(image);
 }
 
-// Of one level each, sRGB.
+// Files of one level each, sRGB.
 constexpr const char* kFiles[] = {"uastc_rdo_cloud_64", "uastc_l4_noisea_64", "etc1s_disc_32", "etc1s_noisea_32"};
 
 TEST(Ktx2Captures, LookLikeTheSameTextureAsPng) {
@@ -80,7 +80,7 @@ TEST(Ktx2Captures, BlocksOfATargetThatLosesSomethingAreSeen) {
                test::image_bytes(render(capture, BasisTarget::kAstc4x4).targets));
 }
 
-TEST(Ktx2Captures, PlainTexelsCountAsThoseOfAPng) {
+TEST(Ktx2Captures, PlainTexelsCountAsTexelsOfAPng) {
   const std::string file = test::basis_file("uastc_rdo_cloud_64");
   const gpu::FrameResult basis = render(square(file, true), BasisTarget::kRgba32),
                          png = render(square(as_png(file), false), BasisTarget::kAstc4x4);
@@ -95,7 +95,7 @@ TEST(Ktx2Captures, BlocksTakeLessOfTheMemoryInterfaceThanTexels) {
   const auto bytes = [&](BasisTarget target) {
     return render(opaque, target).counters.ledger.traffic(Unit::kTilecore, Purpose::kTexture).read_bytes;
   };
-  // All of the texture is seen: at most what it has, in whole lines.
+  // All of the texture is seen: the frame reads at most its size, in whole lines.
   EXPECT_LE(3 * bytes(BasisTarget::kAstc4x4), bytes(BasisTarget::kRgba32));
 }
 

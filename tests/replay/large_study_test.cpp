@@ -14,7 +14,8 @@ class LargeStudyInBrowser : public ReportInBrowser {
  protected:
   static constexpr std::size_t kPoints = 10000;
 
-  // The page of a study of kPoints points: those of a real one, each of its numbers times one of eight random factors.
+  // Plants the page of a study of kPoints points: the points of a real study, each of whose numbers is multiplied by
+  // one of eight random factors.
   static std::filesystem::path planted() {
     PageViews views;
     std::string note;
@@ -82,6 +83,30 @@ TEST_F(LargeStudyInBrowser, AllLinesAreOneStopAndAreChosenByKeys) {
   page.press("Enter");
   const std::string shown = page.evaluate("document.querySelector('#pareto h3').textContent");
   EXPECT_THAT(says(), HasSubstr(shown.substr(0, shown.find(':'))));
+}
+
+// The space bar marks the ends of a range of the column; Delete drops the range.
+TEST_F(LargeStudyInBrowser, ARangeIsKeptByKeys) {
+  LivePage page("file://" + ReportInBrowser::page("sweep").string(), 1280, 800);
+  ASSERT_TRUE(page.wait_for("document.body.dataset.ready === 'true'"));
+  const auto within = [&] {
+    return std::stoi(page.evaluate("document.querySelector('#parallel canvas').dataset.lines").get<std::string>());
+  };
+  const int all = within();
+  // Points of the least width of a tile, counted in the study's own data.
+  const int least = page.evaluate(R"((() => {
+    const column = data.sweep.axes.indexOf('tile.width'), values = data.sweep.points.map((point) => point.values[column]);
+    return values.filter((value) => value === Math.min(...values)).length;
+  })())");
+  ASSERT_LT(least, all);
+  ASSERT_TRUE(page.tab_to("#parallel .stage"));
+  page.press("ArrowUp");
+  page.press(" ");
+  EXPECT_EQ(within(), all) << "one end is no range";
+  page.press(" ");
+  EXPECT_EQ(within(), least);
+  page.press("Delete");
+  EXPECT_EQ(within(), all);
 }
 
 }  // namespace

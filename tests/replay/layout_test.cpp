@@ -17,7 +17,7 @@ class LayoutInBrowser : public ReportInBrowser {
  protected:
   static constexpr std::array<std::array<int, 2>, 2> kWindows = {{{390, 844}, {1280, 800}}};
 
-  // Faults of a page in every window, after `script`; with those that axe-core finds, where it is installed.
+  // Faults of a page in every window, after `script`, and the faults that axe-core finds, where it is installed.
   static std::vector<std::string> findings(const std::string& url, const std::string& script = "") {
     std::vector<std::string> all;
     for (const auto& [width, height] : kWindows) {

@@ -1,4 +1,4 @@
-// What a frame takes without a part of it (--without), against scenes that lack the part.
+// Costs of a frame without a part of it (--without), against scenes that lack the part.
 #include "replay/left_out.h"
 
 #include "gpu/device.h"
@@ -34,7 +34,7 @@ std::uint64_t cycles_without_node(const char* name, const std::string& node) {
   return static_cast<std::uint64_t>(std::ceil(device.render(5).model->timing.cycles));
 }
 
-TEST(LeftOut, FramesAreThoseOfScenesWithoutThePart) {
+TEST(LeftOut, FramesEqualScenesWithoutThePart) {
   const json frame = frame_of("eggs", {"--without", "all"});
   const json& drawables = frame["without"]["drawables"];
   ASSERT_GE(drawables.size(), 4u);
@@ -54,7 +54,7 @@ TEST(LeftOut, FramesAreThoseOfScenesWithoutThePart) {
   EXPECT_FALSE(several.contains(cycles_of(frame)));
 }
 
-TEST(LeftOut, AMaterialOfOneDrawableSavesWhatTheDrawableDoes) {
+TEST(LeftOut, AMaterialOfOneDrawableSavesTheSameAsTheDrawable) {
   const json frame = frame_of("eggs", {"--without", "all"});
   for (const json& material : frame["without"]["materials"]) {
     std::vector<json> of;
@@ -80,7 +80,7 @@ TEST(LeftOut, AnEffectIsLeftOutAsItsKeyDoes) {
 }
 
 // The first frame after others goes on from them, with the part and without.
-TEST(LeftOut, FramesGoOnFromWhatTheFramesBeforeLeftThem) {
+TEST(LeftOut, FramesGoOnFromTheStateOfEarlierFrames) {
   const std::vector<std::string> desampled = {"--set", "resolve.desampling=adaptive"};
   const auto with = [&](std::vector<std::string> more) {
     more.insert(more.end(), desampled.begin(), desampled.end());

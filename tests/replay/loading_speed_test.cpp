@@ -85,7 +85,7 @@ TEST(LoadingSpeed, CuttingClustersTakesAFractionOfFindingThem) {
   EXPECT_LT(ratio, 0.15);  // measured: 0.06
 }
 
-TEST(LoadingSpeed, TheFirstImageOfAPackedMeshComesBeforeThatOfAPlainOne) {
+TEST(LoadingSpeed, APackedMeshHasItsFirstImageBeforeAPlainOne) {
   PackOptions options;
   options.method = PackMethod::kMeshopt;
   const Packed p(wavy_square(), options);

@@ -1,4 +1,4 @@
-// What a page of this machine alone lets in, asked over plain sockets.
+// Requests that the server of a local page accepts and refuses, sent over plain sockets.
 #include <arpa/inet.h>
 #include <netinet/in.h>
 #include <poll.h>
@@ -216,7 +216,7 @@ TEST_F(Loopback, LS4OnlyJsonIsPosted) {
               StartsWith("HTTP/1.1 200 "));
 }
 
-TEST_F(Loopback, WhatAHandlerThrowsIsStatus500) {
+TEST_F(Loopback, AnExceptionOfAHandlerIsStatus500) {
   const std::string reply = get(root() + "throw");
   EXPECT_THAT(reply, StartsWith("HTTP/1.1 500 "));
   EXPECT_THAT(reply, HasSubstr("what broke"));

@@ -57,8 +57,9 @@ std::map<std::string, Way> ways() {
   return all;
 }
 
-// Maps of shadows are small, as the frames are. Desampling, which is one of the ways, works on frames that passes of the
-// capture do not copy; their bytes, warps and pixels are those of tests/gpu/frame_graph_test.cpp and bloom_test.cpp.
+// Maps of shadows are small, as the frames are. Desampling, which is one of the ways, works on frames that passes of
+// the capture do not copy; tests/gpu/frame_graph_test.cpp and bloom_test.cpp check the bytes, warps and pixels of
+// such passes.
 Capture shipped(const char* name) {
   Capture capture = scene::read_capture(test::shipped_capture(name));
   capture.settings.graph.reset();
@@ -92,7 +93,7 @@ TEST_P(MachineOf, CyclesEnergyAndBurstsAreTheSameForAnyNumberOfThreads) {
   }
 }
 
-// Every byte of the ledger is moved in one phase, and what the banks are asked for is what the model counts.
+// Every byte of the ledger is moved in one phase, and the requests to the banks are the bytes that the model counts.
 void expect_bytes_in_one_phase_and_in_the_trace(const Way& way, const gpu::FrameResult& r) {
   const memory::Traffic total = r.counters.ledger.total();
   EXPECT_EQ(r.model->record.work.dram_bytes(), bytes_of(total));
@@ -154,8 +155,8 @@ void expect_events_of_tiles_add_up(const gpu::FrameResult& r) {
   EXPECT_EQ(sum.events[Event::kL2Lines], r.counters.l2.requests + r.counters.l2.misses);
 }
 
-// Bytes that were read though nothing had written them: of lists, of the sub-patch table and of tile states. What else is
-// read belongs to the capture.
+// Bytes that were read although nothing had written them: bytes of lists, of the sub-patch table and of tile states.
+// All other reads are reads of the capture.
 std::uint64_t read_from_nowhere(const gpu::FrameRecord& record, std::uint64_t burst) {
   std::uint64_t wrong = 0;
   std::set<std::tuple<Purpose, std::uint64_t, std::uint64_t>>
@@ -186,7 +187,7 @@ std::uint64_t read_from_nowhere(const gpu::FrameRecord& record, std::uint64_t bu
 void expect_bytes_written_before_they_are_read(const Way& way, const gpu::FrameResult& r) {
   const auto burst = static_cast<std::uint64_t>(way.gpu.memory.burst_bytes);
   EXPECT_EQ(read_from_nowhere(r.model->record, burst), 0u);
-  // A binner that forgets what it wrote is caught.
+  // A binner that forgets its writes is caught.
   gpu::FrameRecord forgetful = r.model->record;
   for (auto& round : forgetful.accesses) round.geometry.clear();
   if (r.counters.binner.entries > 0) {
@@ -388,13 +389,13 @@ TEST(Model, StatisticsHoldTimingAndEnergyOfEveryFrameAndTheirSum) {
   EXPECT_NE(csv.find(",energy.total_nj,energy.power_w"), std::string::npos);
 }
 
-TEST(SelfChecks, TheMemoryMovesWhatItsStandardSays) {
+TEST(SelfChecks, TheMemoryMovesTheBytesOfItsStandard) {
   const std::vector<SelfCheck> checks = check_memory_rates();
   EXPECT_EQ(checks.size(), 3u);
   for (const SelfCheck& check : checks) EXPECT_TRUE(check.passed) << check.name << ": " << check.got;
 }
 
-TEST(SelfChecks, ThoseWhoseReasonIsKnownAreNoFailures) {
+TEST(SelfChecks, KnownDeviationsAreNoFailures) {
   SelfCheck held, known, unknown;
   held.passed = true;
   known.reason = "it is known";
@@ -403,7 +404,7 @@ TEST(SelfChecks, ThoseWhoseReasonIsKnownAreNoFailures) {
 }
 
 // Two tiles, one after the other on two cores: one line that both ask for, and one of each.
-TEST(SharedLines, AreThoseThatTwoCoresAskFor) {
+TEST(SharedLines, AreLinesThatTwoCoresAskFor) {
   timing::FrameWork work;
   timing::WorkRound& round = work.rounds.emplace_back();
   for (std::uint32_t tile = 0; tile < 2; ++tile) {

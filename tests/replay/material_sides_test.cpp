@@ -6,7 +6,7 @@
 namespace tessera::replay::material_sides_test {
 namespace {
 
-// A square of brushed metal in the plane z = 0, seen from z = 3, to one side: what it reflects. Its normal is +z or -z,
+// Reflection of a square of brushed metal in the plane z = 0, seen from z = 3, to one side. Its normal is +z or -z,
 // its tangent +x.
 Image brushed_square(bool faces_camera, float rotation) {
   GltfSource s;

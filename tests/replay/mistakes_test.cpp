@@ -1,4 +1,4 @@
-// What people get wrong: each mistake is answered by one line that names the remedy, and nothing is destroyed.
+// Mistakes of users: each is answered by one line that names the remedy, and nothing is destroyed.
 #include <fcntl.h>
 #include <sys/file.h>
 #include <sys/stat.h>
@@ -34,14 +34,14 @@ json stats_of(const fs::path& folder) { return json::parse(test::read_text(folde
 
 struct Mistake {
   const char* name;
-  std::vector<std::string> arguments;  // files are those of the fixture's folder
+  std::vector<std::string> arguments;  // files lie in the fixture's folder
   int status;
   const char* remedy;
 };
 
 std::ostream& operator<<(std::ostream& out, const Mistake& mistake) { return out << mistake.name; }
 
-// The folder of a user: a capture, and what else may lie there.
+// The folder of a user: a capture, and other files.
 class Mistakes : public testing::TestWithParam<Mistake> {
  protected:
   static void SetUpTestSuite() {
@@ -222,14 +222,14 @@ class Outputs : public testing::Test {
 };
 
 // Images of 1280x720 do not fit into the files that may be written, statistics do.
-TEST_F(Outputs, FilesThatMayNotGrowLeaveTheStatisticsOfWhatWasDone) {
+TEST_F(Outputs, FilesThatMayNotGrowLeaveTheStatisticsOfFinishedFrames) {
   const ProcessResult r =
       shell("ulimit -f 800; exec \"$@\"", replay(folder_ / "out", {"--frames", "0:40", "--spp", "1"}));
   expect_saved(r, folder_ / "out", "File too large");
 }
 
 // Where namespaces of its own let a user mount a file system.
-TEST_F(Outputs, AFullDiskLeavesTheStatisticsOfWhatWasDone) {
+TEST_F(Outputs, AFullDiskLeavesTheStatisticsOfFinishedFrames) {
   const fs::path disk = folder_ / "disk";
   fs::create_directory(disk);
   const std::string script =
@@ -302,7 +302,7 @@ TEST_F(Outputs, AFolderThatWasMadeForNothingIsGone) {
   EXPECT_FALSE(fs::exists(folder_ / "new"));
 }
 
-TEST_F(Outputs, TheSameCommandAgainGivesTheSameAndLeavesWhatIsForeign) {
+TEST_F(Outputs, TheSameCommandAgainGivesTheSameAndLeavesForeignFiles) {
   const fs::path out = folder_ / "out";
   fs::create_directories(out / "notes");
   test::write_text(out / "notes" / "mine.txt", "precious");
@@ -366,7 +366,7 @@ TEST_F(Outputs, AFolderThatMayNotBeWrittenIsStatus6) {
   fs::permissions(folder_ / "locked", fs::perms::owner_all);
 }
 
-TEST_F(Outputs, ASummaryThatNobodyCanReadIsStatus6AndTheResultsAreThere) {
+TEST_F(Outputs, AnUnwritableSummaryIsStatus6AndTheResultsAreThere) {
   std::vector<std::string> command = replay(folder_ / "out", {"--frames", "0:1", "--size", "16x16"});
   std::erase(command, "--quiet");
   const ProcessResult r = shell("exec \"$@\" > /dev/full 2>/dev/null", command);

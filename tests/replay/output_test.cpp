@@ -1,4 +1,4 @@
-// Where results go: files, streams, and what must never be replaced. Rules are those of base/output_file.h.
+// Places of results: files, streams, and targets that must never be replaced, by the rules of base/output_file.h.
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <sys/sysmacros.h>
@@ -21,7 +21,7 @@ bool one_line(const std::string& text) { return std::count(text.begin(), text.en
 
 std::string capture(const char* name) { return test::shipped_capture(name).string(); }
 
-// An option that names one file, and what follows from the inputs alone is written there.
+// An option that names one file; the text written there follows from the inputs alone.
 struct NamedOutput {
   const char* name;
   std::vector<std::string> before, after;  // arguments
@@ -70,8 +70,8 @@ class Output : public testing::TestWithParam<NamedOutput> {
   test::TemporaryFolder inputs_, folder_;  // folder_: where outputs are named
 };
 
-// The device of numbers 1, `minor` in a folder of its own, or, where that takes rights that nobody has here, the one of
-// the system, which then cannot be replaced either. Nothing when there is neither.
+// A device of numbers 1, `minor` in a folder of its own. Without the rights for that, it is the system's device,
+// which then cannot be replaced either. Without either there is nothing.
 std::optional<fs::path> device(const test::TemporaryFolder& folder, const char* name, unsigned minor) {
   if (::geteuid() != 0) return fs::path("/dev") / name;
   if (::mknod((folder / name).c_str(), S_IFCHR | 0666, makedev(1, minor)) != 0) return std::nullopt;
@@ -150,7 +150,7 @@ TEST_P(Output, CtrlCEndsTheWaitForAReader) {
   EXPECT_EQ(r.signal, SIGINT);
 }
 
-TEST_P(Output, WhatIsNoPlaceForAResultIsStatus2BeforeAnyWork) {
+TEST_P(Output, AnUnusablePlaceForAResultIsStatus2BeforeAnyWork) {
   fs::create_directory(folder_ / "folder");
   fs::create_symlink("folder", folder_ / "link");
   test::write_text(folder_ / "file", "x");
@@ -235,7 +235,7 @@ class OutputFolder : public testing::TestWithParam<FolderOutput> {
     arguments.push_back(out.string());
     return run_tessera(arguments);
   }
-  // A report is made of what a replay left.
+  // A report needs a replay's folder.
   void prepare(const fs::path& out) const {
     if (GetParam().arguments[0] != "report") return;
     ASSERT_EQ(

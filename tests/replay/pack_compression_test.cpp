@@ -148,7 +148,7 @@ GltfSource large_grid() {
   return s;
 }
 
-// Of each cluster its triangles and the half diagonal of its box, summed over all.
+// Number of clusters and the half diagonals of their boxes, summed.
 struct ClusterQuality {
   std::size_t clusters = 0;
   double size = 0;
@@ -168,7 +168,7 @@ ClusterQuality quality_of(scene::Primitive primitive, bool in_cluster_order) {
   return out;
 }
 
-TEST(PackMeshopt, PackedTrianglesAreCutIntoClustersAsGoodAsThoseThatAreFound) {
+TEST(PackMeshopt, PackedTrianglesAreCutIntoClustersAsGoodAsBuiltOnes) {
   const Packed p(large_grid(), meshopt());
   const scene::Capture before = p.before(), after = p.after();
   const scene::Primitive &source = before.meshes[0].primitives[0], &packed = after.meshes[0].primitives[0];
@@ -201,7 +201,7 @@ TEST(PackMeshopt, TheClaimOfAnOrderGoesWhereTheOrderDoes) {
   EXPECT_FALSE(claims(cages));
 }
 
-TEST(PackMeshopt, WhatMustKeepItsOrderClaimsNone) {
+TEST(PackMeshopt, PrimitivesThatMustKeepTheirOrderClaimNoClusters) {
   for (const GltfSource& source : {animated_grid(), bezier()})
     EXPECT_FALSE(names_in(Packed(source, meshopt()).parts.document, "extensionsUsed").contains("TESSERA_clusters"));
 }
@@ -226,7 +226,7 @@ TEST(PackMeshopt, IsUnpackedOrRepackedByTheOtherMethods) {
   EXPECT_THAT(glb_faults(read_text(p.folder / "cages.glb")), IsEmpty());
 }
 
-TEST(GlbRules, ThoseOfCompressedViewsAreBrokenByFilesThatBreakThem) {  // BIN1, BIN4
+TEST(GlbRules, RulesOfCompressedViewsFindBrokenFiles) {  // BIN1, BIN4
   const Packed p(dressed_grid(), meshopt());
   const auto expect_fault = [&](const char* fault, const std::function<void(json&)>& change) {
     GlbParts parts = p.parts;

@@ -1,4 +1,4 @@
-// What pack writes is what it was given, for every type of every attribute and every codec.
+// pack writes back its input unchanged, for every type of every attribute and every codec.
 #include "base/png_codec.h"
 #include "scene/capture_reader.h"
 #include "tests/replay/glb_rules.h"
@@ -306,7 +306,7 @@ std::size_t shared(const std::set<std::array<double, 3>>& a, const std::set<std:
   return static_cast<std::size_t>(std::count_if(a.begin(), a.end(), [&](const auto& p) { return b.contains(p); }));
 }
 
-TEST(PackFaithful, WhatTouchesStillTouches) {  // LT2
+TEST(PackFaithful, TouchingVerticesStillTouch) {  // LT2
   Random random(3);
   const auto on_edge = [&] { return Vec3(0.3f, random.uniform(-1, 1), random.uniform(-0.1f, 0.1f)); };
   for (const bool one_mesh : {true, false})
@@ -348,7 +348,7 @@ TEST(PackFaithful, AMirroredTwinTouchesToo) {  // LT2
   }
 }
 
-TEST(PackFaithful, WhatNobodyDrawsMakesNoGridCoarser) {  // LT3
+TEST(PackFaithful, UndrawnVerticesMakeNoGridCoarser) {  // LT3
   const std::vector<float> sound = sheet_positions();
   for (const bool named : {false, true})
     for (const auto& codec : codecs()) {
@@ -425,7 +425,7 @@ TEST(PackFaithful, AnImageThatNothingSamplesIsAPixelWithANotice) {
 
 // ---- The Khronos validator --------------------------------------------------------------------------------------
 
-// What the validator calls an error in each of these files: file, code, pointer and message.
+// Errors of the validator in these files: file, code, pointer and message.
 std::vector<std::string> validator_errors(const fs::path& folder, const std::vector<fs::path>& files,
                                           std::string& why_not) {
   std::vector<std::string> command = {"/usr/bin/env", "bash",
@@ -460,7 +460,7 @@ std::vector<fs::path> files_to_pack() {
   return files;
 }
 
-TEST(PackFaithful, TheValidatorFindsNoErrorInWhatIsWritten) {
+TEST(PackFaithful, TheValidatorFindsNoErrorInPackedFiles) {
   const fs::path tools = fs::path(TESSERA_BINARY_DIR) / "validator";
   const test::TemporaryFolder folder;
   std::vector<fs::path> written;

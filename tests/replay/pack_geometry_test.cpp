@@ -101,7 +101,7 @@ TEST(PackGeometry, CagesAndOtherSurfacesMayBeMadeOfIt) {
   EXPECT_EQ(document.value("extensionsRequired", json::array()).dump().find("TESSERA_clusters"), std::string::npos);
 }
 
-TEST(PackGeometry, WhatMustKeepItsOrderStays) {
+TEST(PackGeometry, PrimitivesThatMustKeepTheirOrderStay) {
   for (const GltfSource& source : {animated_grid(), bezier()}) {
     const Packed p(source, encoded(GeometryEncoding::kDgf)), without(source, plain());
     EXPECT_TRUE(p.bytes == without.bytes);
@@ -137,7 +137,7 @@ void read_parts(const Packed& p, const GlbParts& parts) {
   scene::read_capture(file);
 }
 
-TEST(PackGeometry, WhatIsNoStreamIsRefusedWithTheReason) {
+TEST(PackGeometry, MalformedStreamsAreRefusedWithTheReason) {
   const Packed p(dressed_grid(), encoded(GeometryEncoding::kMeshlet));
   EXPECT_NO_THROW(read_parts(p, p.parts));
   const auto refused = [&](const char* reason, const std::function<void(json&)>& change) {

@@ -14,7 +14,7 @@ constexpr const char* kBowl =
     "  return vec3(a.y * v, depth * v * v, 0 - a.x * v); }\n";
 constexpr const char* kStripes = "texture stripes { return vec3(fract(object.y * 8), 0.5, 0.5); }\n";
 
-// Of a file in a folder of its own.
+// A text file in a folder of its own.
 struct TextFile {
   explicit TextFile(std::string_view text) : file(folder / "p.txt") { write_text(file, std::string(text)); }
   TemporaryFolder folder;
@@ -62,7 +62,7 @@ TEST(PackProcedure, ANodesOtherStagesStay) {
   EXPECT_EQ(procedure.shape, shaders::ShapeId::kTorus);
   EXPECT_EQ(procedure.pieces[0].input.p[1], 0.5f);
   EXPECT_EQ(procedure.texture_program->declaration.name, "stripes");
-  // What the new shape does not know is not dropped silently.
+  // A parameter that the new shape does not know is not dropped silently.
   EXPECT_THROW(Packed(source, with_procedures({{"ring", bowl.file}})), InputError);
 }
 

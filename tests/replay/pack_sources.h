@@ -1,6 +1,6 @@
 #pragma once
 
-// Assets for the tests of tessera pack, and what packing makes of them.
+// Assets for the tests of tessera pack, and their packed captures.
 #include "replay/pack/packer.h"
 #include "scene/capture_reader.h"
 #include "tests/replay/glb_rules.h"

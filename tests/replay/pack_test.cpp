@@ -1,4 +1,4 @@
-// tessera pack: what a packed capture keeps, what it changes and by how much, and what it refuses.
+// tessera pack: properties that a packed capture keeps, changes with their sizes, and refusals.
 #include "base/error.h"
 #include "base/image_metrics.h"
 #include "base/parallel.h"
@@ -119,7 +119,7 @@ TEST(Pack, OtherViewersSeeTheControlCageAsAnOrdinaryMesh) {
   EXPECT_EQ(seen.meshes[0].primitives[0].indices.size(), 4u * 18 * 3);
 }
 
-TEST(Pack, RenumberingWhatMustKeepItsOrderIsRefused) {
+TEST(Pack, RenumberingPrimitivesThatMustKeepTheirOrderIsRefused) {
   for (const GltfSource& source : {bezier(), animated_grid()}) {
     const TemporaryFolder folder;
     EXPECT_THROW(pack_capture(source.write(folder.path()), folder / "x.glb", with(PackMethod::kEdgebreaker)),
@@ -156,7 +156,7 @@ TEST(Pack, ObjectsThatHoldNoDataAreKeptWordForWord) {
   EXPECT_EQ(p.parts.document["extensionsRequired"], json({kDraco}));
 }
 
-TEST(Pack, SettingsReplaceThoseOfTheAssetMemberByMember) {
+TEST(Pack, SettingsReplaceTheAssetsMemberByMember) {
   GltfSource source = animated_grid();
   source.document["extensions"]["TESSERA_capture"] = {{"frameRate", 24}, {"exposure", 2}};
   source.document["extensionsUsed"].push_back("TESSERA_capture");
@@ -220,7 +220,7 @@ TEST(Pack, AnEnvironmentsImageMovesInside) {
       EXPECT_EQ(p.parts.binary.substr(view.value("byteOffset", std::size_t{0}), view["byteLength"]), sky);
       const scene::Capture after = p.after();
       EXPECT_NE(after.environment_image, nullptr);
-      EXPECT_EQ(after.settings.environment, darker ? 0.25f : 1.0f) << "brightness of what it is";
+      EXPECT_EQ(after.settings.environment, darker ? 0.25f : 1.0f) << "share of the image's own brightness";
       pack_capture(p.target, p.folder / "again.glb", {});
       EXPECT_EQ(read_text(p.folder / "again.glb"), p.bytes);
     }
@@ -274,7 +274,7 @@ TEST(Pack, ApplicationSpecificAttributesStayExactAndInStep) {
             std::string(reinterpret_cast<const char*>(ids.data()), ids.size() * 4));
 }
 
-TEST(Pack, WhatDracoCannotHoldStaysAsItIs) {
+TEST(Pack, PrimitivesThatDracoCannotHoldStay) {
   GltfSource flat = grid();  // every triangle has two equal corners
   first_primitive(flat)["indices"] =
       flat.accessor(std::vector<std::uint16_t>{0, 0, 1, 2, 3, 3, 4, 4, 4}, kUnsignedShortType, "SCALAR");
@@ -293,7 +293,7 @@ TEST(Pack, WhatDracoCannotHoldStaysAsItIs) {
   EXPECT_EQ(vertices_of(Packed(free).after()).count(), 3u);
 }
 
-TEST(Pack, ExtensionsThatNameDataInWaysNobodyKnowsAreRefused) {
+TEST(Pack, ExtensionsThatNameDataInUnknownWaysAreRefused) {
   GltfSource source = animated_grid();
   source.document["nodes"][2]["extensions"]["VENDOR_thing"] = {{"parts", {{{"bufferView", 0}}}}};
   const TemporaryFolder folder;
@@ -431,7 +431,7 @@ TEST(Pack, BrokenAssetsAreRefusedAndTheTargetIsUntouched) {
       broken.back().second.accessor(std::vector<std::uint16_t>{0, 1, 9999}, kUnsignedShortType, "SCALAR");
   first_primitive(add("accessor that is not there"))["attributes"]["POSITION"] = 999;
   add("another version").document["asset"]["version"] = "1.0";
-  add("an extension that nobody has").document["extensionsRequired"] = {"VENDOR_thing"};
+  add("an unknown extension").document["extensionsRequired"] = {"VENDOR_thing"};
   first_primitive(add("normals of another count"))["attributes"]["NORMAL"] =
       broken.back().second.accessor(std::vector<float>{0, 0, 1}, kFloatType, "VEC3");
   for (auto& [what, source] : broken) {
@@ -507,7 +507,7 @@ TEST(GlbRules, EachIsBrokenByAFileThatBreaksIt) {  // BIN1, BIN2, BIN3
                [&](json& d) { d["bufferViews"][1]["byteOffset"] = d["bufferViews"][1]["byteOffset"].get<int>() + 4; });
   expect_fault("not in extensionsUsed", [](json& d) { d["extensionsUsed"] = {kDraco}; });
   expect_fault("is required but not used", [](json& d) { d["extensionsRequired"].push_back("KHR_mesh_quantization"); });
-  expect_fault("read by nobody", [](json& d) { d["accessors"].push_back(d["accessors"][0]); });
+  expect_fault("is never read", [](json& d) { d["accessors"].push_back(d["accessors"][0]); });
   expect_fault("has no min and max", [](json& d) {
     d["accessors"][d["meshes"][0]["primitives"][0]["attributes"]["POSITION"].get<std::size_t>()].erase("min");
   });

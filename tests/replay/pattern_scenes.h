@@ -8,7 +8,7 @@ namespace tessera::replay {
 
 enum class Pattern { kChecker, kNoise, kStripes };
 
-// Of `side` texels; cells of eight texels.
+// A pattern of `side` texels with cells of eight texels.
 inline std::shared_ptr<shaders::Texture> pattern_texture(Pattern pattern, int side) {
   Image8 image(side, side, 3);
   test::Random random(7);

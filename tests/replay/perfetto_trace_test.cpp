@@ -80,7 +80,7 @@ struct Trace {
   std::multiset<Slice> slices;
   std::multiset<Step> steps;
   std::set<std::string> arguments;  // of tiles
-  int wrong = 0;                    // what is no message, on no track, or ends what did not begin
+  int wrong = 0;                    // packets without a message or track, and ends without a begin
 };
 
 // trace.proto, trace_packet.proto, track_descriptor.proto, track_event.proto, debug_annotation.proto.

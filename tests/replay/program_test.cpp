@@ -168,7 +168,7 @@ TEST(ReplayCommand, ARegionIsRenderedAlone) {
   EXPECT_EQ(read_exr(out / "frame_0000.exr").height, 40);
 }
 
-TEST(ReplayCommand, CtrlCFinishesTheFrameInHandAndWritesItsStatistics) {
+TEST(ReplayCommand, CtrlCFinishesTheRunningFrameAndWritesItsStatistics) {
   const test::TemporaryFolder out;
   const ProcessResult r =
       run_tessera({"replay", capture("flyby"), "--size", "320x180", "--frames", "0:5000", "--out", out.path().string()},
@@ -351,7 +351,7 @@ TEST(PackCommand, FailuresNameTheTargetNotATemporaryFile) {
   EXPECT_THAT(r.errors, testing::StartsWith("tessera: cannot write /proc/x.glb: "));
 }
 
-TEST(InspectCommand, SaysWhatIsInACapture) {
+TEST(InspectCommand, ListsTheContentsOfACapture) {
   const ProcessResult table = run_tessera({"inspect", capture("eggs")});
   EXPECT_EQ(table.status, 0);
   EXPECT_THAT(table.output, HasSubstr("444 Bezier patches"));
@@ -470,7 +470,7 @@ TEST(ReplayCommand, RendersPassesThatACaptureDescribes) {
   EXPECT_EQ(written, 64 * 64 * (8 + 4 * 4));
 }
 
-TEST(InspectCommand, SaysWhatAReplayTook) {
+TEST(InspectCommand, TellsTheCostsOfAReplay) {
   const test::TemporaryFolder out;
   const std::string run = (out / "run").string();
   const ProcessResult replay =
@@ -537,7 +537,7 @@ TEST(PackCommand, WrongUsageEndsWithStatus2AndOneClearMessageAndNoFile) {
   }
 }
 
-TEST(PackCommand, SettingsOfTheCommandLineAreThoseOfTheCapture) {
+TEST(PackCommand, SettingsOfTheCommandLineGoIntoTheCapture) {
   const test::TemporaryFolder out;
   const ProcessResult r = run_tessera({"pack", capture("vases"), (out / "x.glb").string(), "--size", "320x200",
                                        "--frames", "3:7", "--shutter", "-0.25:0.5", "--frame-rate", "48"});
@@ -574,7 +574,7 @@ TEST(CompareCommand, MeasuresImagesAndFolders) {
   EXPECT_EQ(run_tessera({"compare", a + "/stats.json", b + "/frame_0000.png"}).status, 3);
 }
 
-TEST(CompareCommand, AMaskLimitsTheFiguresToWhatItCovers) {
+TEST(CompareCommand, AMaskLimitsTheFiguresToItsPixels) {
   const test::TemporaryFolder folder;
   Image8 black(8, 4, 3), half(8, 4, 3), alpha(8, 4, 4), none(8, 4, 4);
   for (int y = 0; y < 4; ++y)

@@ -19,13 +19,13 @@ std::string said_by(std::chrono::milliseconds time, bool quiet) {
   return testing::internal::GetCapturedStderr();
 }
 
-TEST(Progress, OfWorkWithoutStepsIsSaidOnceItTakesASecond) {
+TEST(Progress, WorkWithoutStepsIsReportedAfterASecond) {
   EXPECT_EQ(said_by(std::chrono::milliseconds(1700), false), "reading a.glb\n");
   EXPECT_EQ(said_by(std::chrono::milliseconds(1), false), "");
   EXPECT_EQ(said_by(std::chrono::milliseconds(1200), true), "");
 }
 
-// What `work` says on standard error while that is a terminal.
+// Output of `work` on standard error while that is a terminal.
 template <class Work>
 std::string said_on_a_terminal(const Work& work) {
   int master = -1, terminal = -1;
@@ -61,7 +61,7 @@ TEST(Progress, WithinAStepIsSaidOnceItTakesASecond) {
 }
 
 // Half a step in the first second leaves three halves.
-TEST(Progress, WithinAStepSaysWhatIsLeft) {
+TEST(Progress, WithinAStepTellsTheRest) {
   const std::string said = said_on_a_terminal([&] {
     Progress progress(2, false, [] { return StepProgress("6 of 12 tiles", 0.5); });
     std::this_thread::sleep_for(std::chrono::milliseconds(1300));
@@ -88,7 +88,7 @@ TEST(Progress, SaysTheTimeLeftThatTheWorkMeasured) {
 }
 
 // Half of a step that is nine tenths of the work leaves more than as much again; were the steps alike, three times as much.
-TEST(Progress, OfStepsThatDifferCountsTheirWork) {
+TEST(Progress, CountsTheWorkOfUnequalSteps) {
   const auto line_of = [](const std::vector<double>& works) {
     testing::internal::CaptureStderr();
     {

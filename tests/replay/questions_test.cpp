@@ -57,9 +57,55 @@ TEST_F(QuestionsInBrowser, WhichPointOfASweepWins) {
       return `Best: frontend.split_pixels = ${points[[...rows].sort((a, b) => a[column] - b[column])[0][0]].values[0]}`;
     })())");
     EXPECT_THAT(text(*page, "#goal .verdict"), StartsWith(least + ","));
+    // The others are beaten, and folded.
+    EXPECT_EQ(page->evaluate("document.querySelectorAll('#goal > .scroll tbody tr').length"), 1);
+    EXPECT_EQ(text(*page, "#goal summary"), "2 candidates that another beats in all of these columns");
     press(*page, "#goal tbody tr", by_keys);
     EXPECT_THAT(text(*page, "#pareto h3"), HasSubstr(least.substr(6)));
   }
+}
+
+// Rows of a table are one stop of the Tab key, and arrow keys go between them.
+TEST_F(QuestionsInBrowser, RowsAreChosenByArrows) {
+  const auto page = open("sweep");
+  ASSERT_GE(page->evaluate("document.querySelectorAll('#points tbody tr').length"), 3);
+  EXPECT_EQ(page->evaluate("document.querySelectorAll('#points tbody tr[tabindex=\"0\"]').length"), 1);
+  ASSERT_TRUE(page->tab_to("#points tbody tr"));
+  const std::array<std::pair<const char*, int>, 5> keys = {
+      {{"ArrowDown", 1}, {"ArrowUp", 0}, {"ArrowUp", 0}, {"End", -1}, {"Home", 0}}};
+  for (const auto& [key, row] : keys) {
+    page->press(key);
+    EXPECT_EQ(page->evaluate("document.activeElement === [...document.querySelectorAll('#points tbody tr')].at(" +
+                             std::to_string(row) + ")"),
+              true)
+        << key;
+  }
+  page->press("ArrowDown");
+  page->press("Enter");
+  EXPECT_THAT(text(*page, "#pareto h3"),
+              StartsWith("Point " + text(*page, "#points tbody tr:nth-child(2) td:first-child") + ":"));
+  EXPECT_EQ(page->evaluate("document.querySelectorAll('#points tbody tr[tabindex=\"0\"]').length"), 1);
+}
+
+// Arrow keys go through the marks of a plot from left to right, the hint says the mark, and Enter presses it.
+TEST_F(QuestionsInBrowser, MarksOfAPlotAreChosenByArrows) {
+  const auto page = open("sweep");
+  ASSERT_TRUE(page->tab_to("#pareto .plot"));
+  page->press("ArrowRight");
+  EXPECT_EQ(page->evaluate("document.querySelector('#pareto .ring').hidden"), false);
+  const std::string first = text(*page, ".hint");
+  page->press("ArrowRight");
+  EXPECT_NE(text(*page, ".hint"), first);
+  page->press("ArrowLeft");
+  EXPECT_EQ(text(*page, ".hint"), first);
+  page->press("Enter");
+  // The hint names the values of the axes, as the heading of the point does.
+  const std::string shown = text(*page, "#pareto h3"), said = shown.substr(shown.find(": ") + 2);
+  EXPECT_THAT(first, StartsWith(said));
+  // The mark lies under the ring: a press of the mouse at its middle shows the same point.
+  page->evaluate("document.querySelector('#pareto h3').textContent = ''");
+  page->click("#pareto .ring");
+  EXPECT_EQ(text(*page, "#pareto h3"), shown);
 }
 
 // Is binning before tessellation better for this content? A sentence says it, and the contents lead there.

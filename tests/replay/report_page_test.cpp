@@ -1,4 +1,4 @@
-// What the page of a replay answers, and with how many presses.
+// Questions that the page of a replay answers, and the presses that each takes.
 #include "tests/replay/report_pages.h"
 #include "tests/support/tests.h"
 
@@ -29,7 +29,7 @@ class ReportPageInBrowser : public ReportInBrowser {
   }
 };
 
-// Tiles that are not dark, of the overlay: what a highlight leaves.
+// Tiles of the overlay that a highlight leaves lit.
 constexpr const char* kLitTiles = R"(
   const settled = async () => { await viewOf(); await new Promise((resolve) => setTimeout(resolve, 50)); };
   const litTiles = async () => {
@@ -89,7 +89,7 @@ TEST_F(ReportPageInBrowser, AMaterialShowsTheTilesOfAllItsDrawables) {
 }
 
 // Which tile, and why? One press.
-TEST_F(ReportPageInBrowser, TheSlowestTileIsAPressAwayAndSaysWhatBoundsIt) {
+TEST_F(ReportPageInBrowser, TheSlowestTileIsAPressAwayAndTellsItsBound) {
   const json of = tiles(0), costs = of["costs"];
   const auto cycles = costs["cycles"].get<std::vector<std::uint64_t>>();
   const auto tile = static_cast<int>(std::max_element(cycles.begin(), cycles.end()) - cycles.begin());
@@ -108,8 +108,8 @@ TEST_F(ReportPageInBrowser, TheSlowestTileIsAPressAwayAndSaysWhatBoundsIt) {
   EXPECT_THAT(said, HasSubstr("frame buffer")) << "bytes by purpose";
 }
 
-// What does this pixel show? A press on the image; Shift and the arrow keys go on from there.
-TEST_F(ReportPageInBrowser, APressOnTheImageNamesWhatItsPixelShows) {
+// Question: which surface does this pixel show? A press on the image; Shift and the arrow keys go on from there.
+TEST_F(ReportPageInBrowser, APressOnTheImageNamesThePixelsSurface) {
   const json of = tiles(0), pixels = of["pixels"], rows = stats()["frames"][0]["drawables"];
   // The runs by themselves.
   const auto value = [&](const char* name, std::uint64_t place) {
@@ -180,7 +180,7 @@ TEST_F(ReportPageInBrowser, ACounterIsDrawnOverTimeAndAddsUp) {
   EXPECT_EQ(found(opened, "back"), "true");
 }
 
-// What passes leave for each other: the graph says the bytes of stats.json, in words as well.
+// The graph of passes shows the bytes that passes leave for each other, equal to stats.json, in words as well.
 TEST_F(ReportPageInBrowser, AGraphOfPassesHasTheBytesOnItsEdges) {
   const json passes = json::parse(test::read_text(path("passes/stats.json")))["frames"][0]["passes"];
   ASSERT_GT(passes.size(), 1u);
@@ -222,7 +222,7 @@ TEST_F(ReportPageInBrowser, RunsOfPixelsCoverTheImage) {
   }
 }
 
-// With machine.timing=events a replay estimates what bounds a tile; tessera time --split tiles simulates it.
+// With machine.timing=events a replay estimates the bound of a tile; tessera time --split tiles simulates it.
 TEST_F(ReportPageInBrowser, ABoundThatIsEstimatedSaysSo) {
   const OpenedPage opened = open_with("replay", std::string(kLitTiles) + R"(
     const verdict = async (estimated) => { show({ tile: -1 }); await settled(); (await viewOf()).tiles.costs.estimated = estimated; [...document.querySelectorAll('#frames button')].find((button) => button.textContent === 'Slowest tile').click(); await settled(); return document.querySelector('#frames .tile .verdict').textContent; };
@@ -336,7 +336,7 @@ TEST_F(ReportPageInBrowser, MapsOfZerosAreNotOfferedAndScalesStayOverFrames) {
   EXPECT_EQ(found(opened, "same"), "true");
 }
 
-// What the page holds of tiles is what is in the folder.
+// The page holds the same tiles as the folder.
 TEST_F(ReportPageInBrowser, TilesComeOutAsTheyWentIn) {
   json expected = tiles(2);
   std::erase_if(expected["maps"].get_ref<json::object_t&>(), [](const auto& map) {
@@ -372,7 +372,7 @@ TEST_F(ReportPageInBrowser, TwoRunsAreSideBySideWithTheKeysThatDifferAfterTheFig
   EXPECT_THAT(found(opened, "says"), HasSubstr("Largest difference of a channel"));
 }
 
-// The sum of arrows is what a frame moves: of memory and from the L2.
+// The arrows add up to the bytes that a frame moves: of memory and from the L2.
 TEST_F(ReportPageInBrowser, ArrowsOfTwoRunsAreSideBySide) {
   const OpenedPage opened = open_joint_with(R"(
     const sum = (side) => [...document.querySelectorAll(`#machine .flow[data-side=${side}]`)].reduce((all, arrow) => all + Number(arrow.dataset.bytes), 0);
@@ -400,7 +400,7 @@ TEST_F(ReportPageInBrowser, TimelinesOfTwoRunsAreBelowEachOtherOnOneScale) {
     repaintAll();
     await viewOf(shown.other);
     await settle();
-    // What rows say at a place along the axis, from the top.
+    // Texts of the rows at a place along the axis, from the top.
     const saidAt = (share) => {
       const at = canvas.getBoundingClientRect(), said = [];
       for (let y = 2; y < at.height; y += 3) {
@@ -447,7 +447,7 @@ TEST_F(ReportPageInBrowser, TheBarSaysWhichFrameOfHowMany) {
 }
 
 // Who serves the page gives it new numbers.
-TEST_F(ReportPageInBrowser, NewStatisticsRedrawWhatIsShown) {
+TEST_F(ReportPageInBrowser, NewStatisticsRedrawThePage) {
   const OpenedPage opened = open_with("replay", R"(
     const stats = JSON.parse(JSON.stringify(run().stats));
     stats.frames[0].timing.cycles = 8500000;
@@ -492,7 +492,7 @@ TEST_F(ReportPageInBrowser, NumbersAreInUnitsThatPeopleRead) {
   EXPECT_EQ(found(opened, "axes"), "") << "no 50m, no 1.8M";
 }
 
-TEST_F(ReportPageInBrowser, ASweepOpensOnWhatVariesAndSaysOnceWhatDoesNot) {
+TEST_F(ReportPageInBrowser, ASweepOpensOnVaryingColumnsAndTellsConstantOnesOnce) {
   const OpenedPage opened = open_with("sweep", R"(
     document.body.dataset.offered = [...document.querySelectorAll('#pareto select')[0].options].length;
     document.body.dataset.constant = [...document.querySelectorAll('#study summary')].map((line) => line.textContent).join(' ');
@@ -507,7 +507,7 @@ TEST_F(ReportPageInBrowser, ASweepOpensOnWhatVariesAndSaysOnceWhatDoesNot) {
 }
 
 // Does it hold my rate? A number typed into the page.
-TEST_F(ReportPageInBrowser, ATypedTargetSaysWhetherFramesMeetItAndAtWhatPower) {
+TEST_F(ReportPageInBrowser, ATypedTargetTellsWhetherFramesMeetItAndThePower) {
   json frames = stats()["frames"];
   std::vector<double> ms;
   for (const json& frame : frames) ms.push_back(frame["timing"]["time_ms"]);
@@ -526,7 +526,7 @@ TEST_F(ReportPageInBrowser, ATypedTargetSaysWhetherFramesMeetItAndAtWhatPower) {
   EXPECT_THAT(found(opened, "before"), HasSubstr("3 of 3 frames meet it."));
   EXPECT_THAT(found(opened, "after"), HasSubstr("1 of 3 frames meet it."));
   EXPECT_THAT(found(opened, "after"), testing::StartsWith(ms[0] == sorted[0] ? "Meets" : "Misses"));
-  // The page's formula is that of the program.
+  // The page computes power as the program does.
   EXPECT_NEAR(std::stod(found(opened, "watts")), frames[0]["energy"]["power_w"].get<double>(), 1e-5);
 }
 
@@ -552,11 +552,11 @@ TEST_F(ReportPageInBrowser, BaselinesEndInAVerdict) {
     document.body.dataset.kinds = [...document.querySelectorAll('#baselines h3')].map((head) => head.textContent).join('|');)");
   EXPECT_EQ(found(opened, "sentence"), stats()["total"]["baseline_verdict"]["sentence"].get<std::string>());
   EXPECT_EQ(found(opened, "marked"), "tessera");
-  EXPECT_EQ(found(opened, "kinds"), "This machine|What a product does|What no product is known to do");
+  EXPECT_EQ(found(opened, "kinds"), "This machine|Shipped in a product|Idealised: in no known product");
 }
 
-// What does an object cost? What the frame saves without it comes before its share.
-TEST_F(ReportPageInBrowser, ObjectsAreOrderedByWhatTheFrameSavesWithoutThem) {
+// Question: how much does an object cost? The saving of the frame without it comes before its share.
+TEST_F(ReportPageInBrowser, ObjectsAreOrderedByTheSavingWithoutThem) {
   run({"replay", test::shipped_capture("eggs").string(), "--frames", "5:6", "--size", "96x54", "--without", "all",
        "--out", path("without")});
   const OpenedPage opened = open_with("without", R"(

@@ -10,7 +10,7 @@ class Report : public testing::Test {
  protected:
   static void SetUpTestSuite() {
     static const bool kMade = (make(), true);
-    ASSERT_TRUE(kMade && std::filesystem::exists(page("tradeoff"))) << "what all of these tests look at is not there";
+    ASSERT_TRUE(kMade && std::filesystem::exists(page("tradeoff"))) << "the pages of these tests were not made";
   }
   static void make() {
     run({"replay", test::shipped_capture("flyby").string(), "--frames", "0:3", "--size", "320x180", "--baselines",
@@ -24,7 +24,7 @@ class Report : public testing::Test {
          path("passes")});
     const nlohmann::json axes = {{{"keys", {"tile.width", "tile.height"}}, {"values", {16, 20, 32}}},
                                  {{"key", "frontend.split_pixels"}, {"values", {16, 64}}}};
-    // A text that would end the script it stands in, if it could.
+    // A text that would end its script, if it were not escaped.
     const nlohmann::json study = {{"title", "A study </script><script>complain('escaped')</script>"},
                                   {"captures", {test::shipped_capture("eggs").string()}},
                                   {"size", "128x72"},
@@ -34,7 +34,7 @@ class Report : public testing::Test {
     run({"sweep", path("study.json"), "--out", path("sweep")});
     run({"sweep", path("study.json"), "--out", path("shard"), "--shard", "1/2"});
     run({"report", path("shard")});
-    // A file name that would be markup, if it could.
+    // A file name that would be markup, if it were not escaped.
     std::filesystem::copy_file(test::shipped_capture("eggs"), path("a <b onclick='complain()'>&amp;.glb"));
     run({"tradeoff",
          path("a <b onclick='complain()'>&amp;.glb"),

@@ -34,7 +34,7 @@ TEST_F(ReportInBrowser, AScriptErrorIsNoticed) {
 TEST_F(Report, NeedsNoOtherFileAndNoNetwork) {
   static const std::regex kFetched("(src|href)=[\"'](?!data:|#)|@import|url\\(");
   for (const std::string& name : kPages) {
-    // Scripts deferred: what they would fetch is looked at below.
+    // Skips scripts: the check below looks at their requests.
     std::string markup = test::read_text(page(name));
     for (std::size_t at = 0; (at = markup.find("<script", at)) != std::string::npos;)
       markup.erase(at, markup.find("</script>", at) + 9 - at);
@@ -87,7 +87,7 @@ TEST_F(ReportInBrowser, TextsOfFilesNeverBecomeMarkup) {
   EXPECT_THAT(opened.dom, HasSubstr("A study &lt;/script&gt;&lt;script&gt;complain('escaped')&lt;/script&gt;</h1>"));
 }
 
-// What the plots show is what the table says: at the very first, when the address chooses what is held fixed.
+// The plots show the table's rows from the start, when the address fixes an axis.
 TEST_F(ReportInBrowser, AnAxisHeldFixedByTheAddressIsHeldFromTheStart) {
   std::istringstream lines(test::read_text(path("sweep/sweep.csv")));
   std::vector<std::string> head, expected;
@@ -210,7 +210,7 @@ TEST_F(TradeoffReportInBrowser, ASettingIsChosenByKeysAndShowsItsArguments) {
   EXPECT_EQ(test::body_attribute(opened, "data-unnamed"), "0");
 }
 
-TEST_F(TradeoffReportInBrowser, AnAxisOfErrorsOrCostsIsWhatTheAddressSays) {
+TEST_F(TradeoffReportInBrowser, AnAxisOfErrorsOrCostsFollowsTheAddress) {
   const auto shown = [&](const std::string& fragment) {
     return test::body_attribute(
         open_with("tradeoff",
@@ -240,7 +240,8 @@ TEST_F(TradeoffReportInBrowser, AFileNameNeverBecomesMarkup) {
   EXPECT_THAT(opened.dom, testing::Not(HasSubstr("<b onclick")));
 }
 
-// Each effect has a row: one that ran with the frame's cost less that of the frame without it, the others with why not.
+// Each effect has a row: an effect that ran has the frame's cost less the cost of the frame without it; the others
+// have the reason.
 TEST_F(ReportInBrowser, ATradeoffOfEffectsHasACostForEachThatRanAndAReasonForTheOthers) {
   const json all = json::parse(test::read_text(path("effects/tradeoff.json"))), settings = all["knobs"][0]["settings"];
   const OpenedPage opened = open_with("effects", R"(
@@ -252,7 +253,8 @@ TEST_F(ReportInBrowser, ATradeoffOfEffectsHasACostForEachThatRanAndAReasonForThe
                     absent = test::body_attribute(opened, "data-absent");
   int count = 0;
   for (const json& effect : all["effects"]) {
-    const std::string name = effect["name"];
+    std::string name = effect["name"];
+    std::replace(name.begin(), name.end(), '_', ' ');
     if (!effect["ran"].get<bool>()) {
       EXPECT_THAT(absent, HasSubstr(name + "|0|" + effect["reason"].get<std::string>()));
       continue;
@@ -275,7 +277,7 @@ TEST_F(ReportInBrowser, ATradeoffOfEffectsHasACostForEachThatRanAndAReasonForThe
 }
 
 // The same without a browser: the page of effects needs all of it.
-TEST_F(Report, EffectsThatLackWhatThePageShowsEndWithStatus3) {
+TEST_F(Report, EffectsWithoutAMemberOfThePageEndWithStatus3) {
   const json sound = json::parse(test::read_text(path("effects/tradeoff.json")));
   fs::create_directories(path("few"));
   for (const char* member :
@@ -295,8 +297,8 @@ TEST_F(Report, EffectsThatLackWhatThePageShowsEndWithStatus3) {
   EXPECT_THAT(run_tessera({"report", path("few")}).errors, HasSubstr("is not the number of a setting"));
 }
 
-// What the page reads of it, each taken away or made another type in turn.
-TEST_F(TradeoffReport, AResultThatLacksWhatThePageShowsEndsWithStatus3) {
+// Members that the page reads, each removed or given another type in turn.
+TEST_F(TradeoffReport, AResultWithoutAMemberOfThePageEndsWithStatus3) {
   const json sound = tradeoff();
   fs::create_directories(path("lacking"));
   std::vector<json::json_pointer> places;
@@ -388,7 +390,7 @@ double contrast(const std::string& a, const std::string& b) {
   return (std::max(x, y) + 0.05) / (std::min(x, y) + 0.05);
 }
 
-// WCAG 2.1: text 4.5 (7 for most of it), what is drawn 3.
+// WCAG 2.1: text 4.5 (7 for most of it), drawings 3.
 TEST(ReportColors, TextAndDrawingsAreReadableInDarkAndLight) {
   const std::string css(page_files().at("page.css")), units(page_files().at("units.js"));
   static const std::regex kRoot(":root \\{([^}]*)\\}"), kColor("--([a-z]+): (#[0-9a-f]{6})"),
@@ -449,7 +451,7 @@ TEST_F(Report, MadeAgainGivesTheSameBytes) {
   }
 }
 
-TEST_F(ReportInBrowser, OfManyFramesEveryNthIsShownAndTotalsAreThoseOfAll) {
+TEST_F(ReportInBrowser, ManyFramesShowEveryNthAndTotalsOfAll) {
   json stats = json::parse(test::read_text(path("replay/stats.json")));
   const json frame = stats.at("frames").at(0);
   const auto shown = [&](int count) {

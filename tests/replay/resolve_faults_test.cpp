@@ -12,7 +12,7 @@ using scene::Capture;
 
 constexpr int kWidth = DesampledComparison::kWidth, kHeight = DesampledComparison::kHeight;
 
-// ---- What is still ----------------------------------------------------------------------------------------------
+// ---- Blocks at rest ----------------------------------------------------------------------------------------------
 
 TEST(ResolveFaults, NormalsThatMorphAreShadedAnew) {  // MF3
   const DesampledComparison c(test::turning_normals(), 3, 8);
@@ -30,18 +30,18 @@ TEST(ResolveFaults, MaterialsThatChangeAreShadedAnewAndTheirNeighboursAreNot) { 
   EXPECT_LT(share, 0.4);
 }
 
-// ---- Cuts and what stops ----------------------------------------------------------------------------------------
+// ---- Cuts and stops ---------------------------------------------------------------------------------------------
 
-TEST(ResolveFaults, ACutIsShadedFullyAndSoIsWhatFollows) {  // RU7
+TEST(ResolveFaults, ACutAndTheFrameAfterItAreShadedFully) {  // RU7
   const Capture capture = test::walk_with_a_cut();
   const DesampledComparison c(capture, 27, 33);
   EXPECT_GE(c.worst_psnr(0), 50);
-  // The failing twin: what is fast may be coarse although nobody has followed it, or knows its contrast.
+  // The failing twin: a fast block may be coarse although it was not followed and its contrast is unknown.
   EXPECT_LT(DesampledComparison(capture, 27, 33, {"resolve.cut_speed=0", "resolve.pattern_error=0"}).worst_psnr(0), 40);
 }
 
 // A textured board crosses the frame at 12 pixels a frame, and stands still from one frame to the next.
-TEST(ResolveFaults, WhatStopsIsNotWhatWasReconstructedBefore) {  // RU7
+TEST(ResolveFaults, AStoppedSurfaceDoesNotKeepReconstructedColors) {  // RU7
   const Capture capture = test::board_that_stops();
   const std::vector<std::string> coarse = {"resolve.pattern_error=0.02"};
   for (const std::vector<std::string>& sets : {std::vector<std::string>{}, coarse}) {
@@ -52,9 +52,9 @@ TEST(ResolveFaults, WhatStopsIsNotWhatWasReconstructedBefore) {  // RU7
   }
 }
 
-// Two rockets of `flyby` come across half of the frame and are sharp in the next one: what is not blurred shows its
+// Two rockets of `flyby` come across half of the frame and are sharp in the next one: a sharp surface shows its
 // pattern, however far it came.
-TEST(ResolveFaults, WhatIsSharpIsNotCoarseHoweverFarItCame) {
+TEST(ResolveFaults, SharpSurfacesAreNotCoarseHoweverFarTheyCame) {
   const DesampledComparison c(scene::read_capture(test::shipped_capture("flyby")), 0, 6);
   EXPECT_GE(c.worst_psnr(0), 50);
   EXPECT_GE(c.saved(1), 0.30);
@@ -63,7 +63,7 @@ TEST(ResolveFaults, WhatIsSharpIsNotCoarseHoweverFarItCame) {
 // ---- One surface before itself, and creases ---------------------------------------------------------------------
 
 // A bowl of brass whose lip hides its inside, slowly turned.
-TEST(ResolveFaults, WhatASurfaceUncoversOfItselfIsNotWhatHidIt) {  // ADV4
+TEST(ResolveFaults, UncoveredPartsOfASurfaceDoNotTakeItsNearColors) {  // ADV4
   const Capture capture = test::bowl_of_brass();
   const DesampledComparison c(capture, 3, 12);
   EXPECT_GT(c.saved(1), 0.25);

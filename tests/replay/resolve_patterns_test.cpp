@@ -1,4 +1,4 @@
-// Patterns and seams: where desampling is told by what the frame before showed, and by where a tile ends.
+// Patterns and seams: cases in which the previous frame's image or a tile's border decides desampling.
 #include "tests/replay/pattern_scenes.h"
 #include "tests/support/tests.h"
 
@@ -7,14 +7,14 @@ namespace {
 
 using scene::Capture;
 
-// Without a look at contrast what is fast is coarse, whatever it shows.
+// Without a look at contrast every fast block is coarse, whatever it shows.
 const std::vector<std::string> kBySpeedAlone = {"resolve.pattern_error=0"};
 
 // ---- Patterns ---------------------------------------------------------------------------------------------------
 
 // Boards that slide by 12 pixels a frame, in and between the pixels' directions. Of checkers the insides of cells stay
 // coarse; a grain of four pixels is shaded at half rate.
-TEST(ResolvePatterns, WhatSlidesFastIsAsFineAsItShows) {  // BC1, BC3
+TEST(ResolvePatterns, FastPatternsAreShadedAsFineAsTheyShow) {  // BC1, BC3
   for (const Pattern pattern : {Pattern::kChecker, Pattern::kNoise, Pattern::kStripes})
     for (const DVec3& way : {DVec3(6, 0, 0), DVec3(6.13, 1.7, 0)}) {
       const Capture capture = sliding_board(pattern, 0.25f, way);
@@ -60,7 +60,7 @@ TEST(ResolvePatterns, TheLookCosts) {
   constexpr std::uint64_t kBlocks = 80 * 45;
   EXPECT_GE(bytes(with).written_bytes, kBlocks);
   EXPECT_GE(bytes(with).read_bytes, kBlocks);
-  EXPECT_LT(bytes(with).read_bytes, bytes(without).read_bytes + 8 * kBlocks);  // a tile reads what it needs once
+  EXPECT_LT(bytes(with).read_bytes, bytes(without).read_bytes + 8 * kBlocks);  // a tile reads the needed bytes once
   EXPECT_GT(with.counters.desampling.contrast_operations, 10 * kBlocks);
 }
 

@@ -1,4 +1,4 @@
-// Samples and searches: how points are chosen, and that a search finds what a grid has.
+// Samples and searches: the choice of points, and a search that finds the optimum of a grid.
 #include "base/error.h"
 #include "replay/sweep/goal.h"
 #include "replay/sweep/points.h"
@@ -341,7 +341,7 @@ json searching(std::size_t points) {
   return study;
 }
 
-// What a tenth of the points of the grid finds lies within 1 % of the grid's best; two renders are enough for both.
+// A search over a tenth of the grid's points lies within 1 % of the grid's best; two renders are enough for both.
 TEST_F(Search, ATenthOfTheGridFindsItsBest) {
   const ProcessResult found = sweep("search", searching(140));
   ASSERT_EQ(found.status, 0) << found.errors;
@@ -385,7 +385,7 @@ TEST_F(Search, KilledAndStartedAgainGivesTheSameBytes) {
   EXPECT_NE(contents("other")["sweep.csv"], contents("whole")["sweep.csv"]);
 }
 
-// A space of few points is searched until nothing new comes up, and what no machine can be is never the best.
+// A space of few points is searched until nothing new comes up; a point that no machine can have is never the best.
 TEST_F(Search, EndsWhereThereIsNothingNew) {
   json study = searching(500);
   study["axes"] = {{{"keys", {"tile.width", "tile.height"}}, {"values", {16, 20, 32}}},

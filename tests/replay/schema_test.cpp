@@ -1,4 +1,4 @@
-// JSON schemas: what the program writes and reads is what they say, and nothing else is.
+// JSON schemas: they accept the documents that the program writes and reads, and nothing else.
 #include "base/error.h"
 #include "base/json_text.h"
 #include "gpu/configuration.h"
@@ -67,9 +67,9 @@ TEST(Schemas, ObjectsAreClosedAndEachMemberIsDescribed) {
   }
 }
 
-// ---- Against what the program writes and reads ------------------------------------------------------------------
+// ---- Against documents of the program --------------------------------------------------------------------------
 
-// What `tessera describe schema` prints is what documents are held against.
+// Checks documents against the output of `tessera describe schema`.
 class SchemaFiles : public testing::Test {
  protected:
   void SetUp() override {
@@ -149,7 +149,7 @@ TEST_F(SchemaFiles, OfReplays) {
   add_with_twins("stats", read("plain/stats.json"));
   json no_counter = read("plain/stats.json");
   no_counter["frames"][0]["counters"]["binner.entrys"] = 1;
-  add("stats", no_counter, false, "with a counter that nobody declares");
+  add("stats", no_counter, false, "with an undeclared counter");
   json no_key = read("plain/stats.json");
   no_key["gpu"]["tile"].erase("width");
   add("stats", no_key, false, "without a key of the machine");

@@ -1,4 +1,4 @@
-// Machines as they ship, and mesh shaders, on the captures: what they have in common with the others and what is theirs.
+// Shipped machines, and mesh shaders, on the captures: results that they share with the other schemes, and their own.
 #include "baselines/geometry_pass.h"
 #include "baselines/immediate.h"
 #include "baselines/meshlets.h"
@@ -35,7 +35,7 @@ TEST_P(ShippedBaselines, UntiledDrawsPatchesAtOnceAndBinsTriangles) {
   EXPECT_LE(scheme(r, SchemeId::kImmediate).dram_bytes, scheme(of_plain, SchemeId::kImmediate).dram_bytes);
 }
 
-// A compute tessellator adds its blocks to what deferred-vertex has, and nothing where there is no patch.
+// A compute tessellator adds its blocks to the bytes of deferred-vertex, and nothing where there is no patch.
 TEST_P(ShippedBaselines, ATessellatorInMemoryAddsPointsAndIndices) {
   const Compared r = render(capture, {});
   const BaselineCounters &deferred = scheme(r, SchemeId::kDeferredVertex),
@@ -54,8 +54,9 @@ TEST_P(ShippedBaselines, ATessellatorInMemoryAddsPointsAndIndices) {
   EXPECT_GT(stored.energy_nj, deferred.energy_nj);
 }
 
-// Task shaders leave fewer triangles; what is kept between them and tiles is most in the ring and least as references.
-TEST_P(ShippedBaselines, MeshShadersKeepWhatTheirStoreSays) {
+// Task shaders leave fewer triangles; the store between them and the tiles is largest as a ring and smallest as
+// references.
+TEST_P(ShippedBaselines, MeshShadersKeepTheDataOfTheirStore) {
   const Compared r = render(capture, {});
   const BaselineCounters &ring = scheme(r, SchemeId::kMeshShaderRing),
                          &compact = scheme(r, SchemeId::kMeshShaderCompact),
@@ -77,7 +78,7 @@ TEST_P(ShippedBaselines, MeshShadersKeepWhatTheirStoreSays) {
   EXPECT_EQ(references.frame_bytes_written, deferred.frame_bytes_written + references.frame_bytes_read);
 }
 
-// MS1, and its failing twin: depths of which all are nearer than what is seen.
+// MS1, and its failing twin: all depths are nearer than the seen surface.
 TEST_P(ShippedBaselines, MS1TaskShadersKeepEveryTriangleThatIsSeen) {
   look_at(capture, [](const gpu::RenderedView& view) {
     const baselines::ImmediateFrame drawn = baselines::draw_immediately(view.job, view.record, view.gpu);

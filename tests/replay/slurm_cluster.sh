@@ -20,7 +20,7 @@ chmod 755 "$work"
 daemons=()
 stop() {
   local status=$?
-  # What still runs ends before the daemons that watch over it.
+  # Running jobs end before the daemons that watch over them.
   if [ -n "${SLURM_CONF:-}" ]; then
     timeout 5 scancel --user=root >/dev/null 2>&1 || true
     for _ in $(seq 100); do [ -n "$(timeout 5 squeue --noheader 2>/dev/null)" ] || break; sleep 0.1; done

@@ -1,4 +1,4 @@
-// Hard cases against double precision: docs/stability.md shows them, `tessera selfcheck --stability` measures them.
+// Hard cases against double precision: docs/hard_cases.md shows them, `tessera selfcheck --stability` measures them.
 #include "replay/stability/stability.h"
 #include "base/parallel.h"
 #include "base/simd_targets.h"
@@ -11,7 +11,7 @@ namespace {
 using namespace stability;
 
 const std::string& page() {
-  static const std::string kPage = test::read_text(fs::path(TESSERA_SOURCE_DIR) / "docs/stability.md");
+  static const std::string kPage = test::read_text(fs::path(TESSERA_SOURCE_DIR) / "docs/hard_cases.md");
   return kPage;
 }
 

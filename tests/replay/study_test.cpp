@@ -1,4 +1,4 @@
-// Study files: what they say, and how they are refused.
+// Study files: their contents and their refusals.
 #include "replay/sweep/study.h"
 #include "base/error.h"
 #include "baselines/scheme.h"
@@ -144,7 +144,7 @@ TEST(Study, ShardsAreAllPointsAndCutAGroupOnlyWhereThereAreFewerThanShards) {
   }
 }
 
-// A size of one's own is held to; that of a preset grows with the tile.
+// A size that the study chooses is kept; a preset's size grows with the tile.
 TEST(Study, TileMemoryThatHoldsNoTileIsAFaultOnlyWhereItIsChosen) {
   const test::TemporaryFolder folder;
   const auto points = [&](const json& axis) {
@@ -159,7 +159,7 @@ TEST(Study, TileMemoryThatHoldsNoTileIsAFaultOnlyWhereItIsChosen) {
   EXPECT_EQ(configure_point(study, {0}).gpu.cores.memory_bytes, 128 * 128 * 4 * 12);
 }
 
-// ---- What a hash covers -----------------------------------------------------------------------------------------
+// ---- Inputs of a hash -------------------------------------------------------------------------------------------
 
 std::string first_hash(const json& members, const std::string& program = "program") {
   const test::TemporaryFolder folder;

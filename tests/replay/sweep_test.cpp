@@ -121,8 +121,8 @@ TEST_F(Sweep, APointHasTheCountersOfItsReplay) {
   }
 }
 
-// Any member of stats.json is a column; of those that a pattern names, or none at all, the ones that are 0 in all rows
-// are left out.
+// Any member of stats.json is a column. Columns that a pattern names, or all columns where none is named, are left
+// out if they are 0 in all rows.
 TEST_F(Sweep, ColumnsThatSayNothingAreLeftOutUnlessTheyAreNamed) {
   json study = small_study();
   study["captures"] = {test::shipped_capture("eggs").string()};
@@ -154,7 +154,7 @@ TEST_F(Sweep, ColumnsThatSayNothingAreLeftOutUnlessTheyAreNamed) {
   EXPECT_THAT(head({"effects.*"}), HasSubstr("effects.stereo"));
 }
 
-// Cycles of the other schemes are those of the point's own machine: no record has them.
+// No record has the cycles of the other schemes: they depend on the point's own machine.
 TEST_F(Sweep, PointsWithBaselinesAreAllRendered) {
   json study = small_study();
   study["captures"] = {test::shipped_capture("vases").string()};
@@ -204,7 +204,7 @@ TEST_F(Sweep, KilledAndStartedAgainGivesTheSameBytes) {
   EXPECT_EQ(contents("whole"), contents("killed"));
 }
 
-TEST_F(Sweep, WhatAKilledRunLeftHalfWrittenIsRemoved) {
+TEST_F(Sweep, HalfWrittenFilesOfAKilledRunAreRemoved) {
   write_study(small_study());
   fs::create_directories(folder_ / "out" / "points");
   test::write_text(folder_ / "out" / "points" / "0123.json.77-1.part", "{");
@@ -321,7 +321,7 @@ TEST_F(Sweep, ShardsJoinToTheWhole) {
   ASSERT_EQ(sweep("shards", {"--quiet", "--shard", "2/3"}).status, 0);
   ASSERT_EQ(sweep("shards", {"--quiet", "--shard", "0/3"}).status, 0);
   EXPECT_FALSE(fs::exists(folder_ / "shards" / "sweep.csv"));
-  // Some shards early: what is there, and what is missing.
+  // With some shards done early, the report says which points are there and which are missing.
   const ProcessResult early = run_tessera({"report", (folder_ / "shards").string()});
   EXPECT_EQ(early.status, 0);
   EXPECT_THAT(early.errors, HasSubstr("4 of 12 points are not done yet"));
@@ -422,7 +422,7 @@ TEST_F(Sweep, AKilledRunDoesNotRenderAgainForPointsThatAreTimed) {
   EXPECT_THAT(sweep("kept").output, HasSubstr("18 points: 16 were there, 1 rendered and 1 timed"));
 }
 
-TEST_F(Sweep, ADryRunSaysWhatIsLeftAndWritesNothing) {
+TEST_F(Sweep, ADryRunTellsTheRemainingPointsAndWritesNothing) {
   write_study(mixed_study());
   const auto dry = [&](std::vector<std::string> more) {
     more.emplace_back("--dry-run");
@@ -442,7 +442,7 @@ TEST_F(Sweep, ADryRunSaysWhatIsLeftAndWritesNothing) {
 }
 
 // Five lines at most: points, renders and time; the best point; where the results are.
-TEST_F(Sweep, TheEndSaysWhatIsBestAndWhereItIs) {
+TEST_F(Sweep, TheEndNamesTheBestPointAndItsPlace) {
   json study = mixed_study();
   study["axes"].push_back({{"key", "parameter_buffer.bytes"}, {"values", {256, 65536}}});
   write_study(study);
@@ -469,7 +469,7 @@ TEST_F(Sweep, ValuesThatDoNotFitEachOtherAreARowThatSaysWhy) {
   EXPECT_EQ(rows[2].at("frame"), "");
 }
 
-TEST_F(Sweep, CtrlCFinishesThePointsInHandAndTheNextRunGoesOn) {
+TEST_F(Sweep, CtrlCFinishesTheRunningPointsAndTheNextRunGoesOn) {
   json study = small_study();
   study["size"] = "320x180";
   study["axes"].push_back({{"key", "sampling.seed"}, {"range", {{"from", 0}, {"to", 199}, {"step", 1}}}});
@@ -581,7 +581,7 @@ TEST(SweepGoal, OfAllCombinationsNamesTheBestThatMeetsItsLimits) {
   EXPECT_THAT(none.output, HasSubstr("best (none meets the limits)"));
 }
 
-TEST(SweepMachines, OfACaptureAreThoseOfAStudy) {
+TEST(SweepMachines, OfACaptureEqualAStudysMachines) {
   const test::TemporaryFolder folder;
   const std::string capture = test::shipped_capture("eggs").string();
   const test::ProcessResult r =

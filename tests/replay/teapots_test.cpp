@@ -1,5 +1,6 @@
-// Vertices that index-driven vertex shading stores, beside what a Mali-G72 stored of the same scene: 153 teapots of
-// KhronosGroup/Vulkan-Samples. The scene is no part of the project: where its folder is missing these tests are skipped.
+// Vertices that index-driven vertex shading stores, beside the vertices that a Mali-G72 stored of the same scene: 153
+// teapots of KhronosGroup/Vulkan-Samples. The scene is no part of the project: where its folder is missing these
+// tests are skipped.
 #include "baselines/baseline_set.h"
 #include "gpu/device.h"
 #include "scene/capture_reader.h"
@@ -40,7 +41,7 @@ std::string decode_base64(std::string_view text) {
   return out;
 }
 
-// An accessor's numbers of type T, one behind the other.
+// An accessor's numbers of type T in sequence.
 template <class T>
 std::vector<T> numbers(const json& file, std::size_t accessor, std::size_t components) {
   const json& a = file["accessors"][accessor];
@@ -118,7 +119,8 @@ baselines::BaselineSet measure(const fs::path& scene, tilecore::AttributePrecisi
   settings.sampling.samples_per_pixel = 1;
   settings.shading.attributes = attributes;
   gpu::GpuConfiguration gpu;
-  gpu.frame_buffer.compression = tilecore::FrameBufferCompression::kNone;  // colours differ, and what they compress to
+  gpu.frame_buffer.compression =
+      tilecore::FrameBufferCompression::kNone;  // colours differ, and so do their compressed sizes
   gpu::Device device(capture, gpu, settings, {width, height, {0, 0, width, height}});
   baselines::BaselineObserver schemes;
   device.set_observer(&schemes);
@@ -139,7 +141,7 @@ class Teapots : public testing::Test {
                            folder_.path().string(), fs::absolute(silicon()).string()});
     ASSERT_EQ(made.status, 0) << made.errors;
   }
-  // With colours of vertices the layout is that of the sample: 3 vectors of 3.
+  // With colours of vertices the layout equals the sample's: 3 vectors of 3.
   fs::path scene() const { return folder_.path() / "teapots1.gltf"; }
   fs::path plain_scene() const { return folder_.path() / "teapots0.gltf"; }
 
@@ -158,7 +160,7 @@ TEST_F(Teapots, PostPositionStoresTheVerticesThatTheSiliconStores) {
   EXPECT_EQ(halved.vertices_stored, stored.vertices_stored);
   EXPECT_EQ(stored.domain_evaluations, stored.vertices_stored);
 
-  // The rest of what is written shrinks a little as well: addresses are smaller.
+  // The other writes shrink a little as well: addresses are smaller.
   const auto saved = [](const BaselineCounters& more, const BaselineCounters& less) {
     return static_cast<double>(more.queue_bytes_written - less.queue_bytes_written) /
            static_cast<double>(more.vertices_stored);

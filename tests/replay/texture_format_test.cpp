@@ -1,4 +1,4 @@
-// texture.format on the whole machine: what is seen and what it costs.
+// texture.format on the whole machine: its image and its cost.
 #include "base/block_encoder.h"
 #include "base/image_codec.h"
 #include "gpu/device.h"
@@ -31,7 +31,7 @@ Image8 pattern(bool alpha) {
   return image;
 }
 
-// What it looks like in blocks, whose texels it then has as they are.
+// Encodes the image in blocks and decodes it again.
 Image8 in_blocks(const Image8& image, BlockFormat format) {
   const shaders::Texture texture(DecodedImage{image}, shaders::ColorSpace::kSrgb);
   ktx2::BasisLevel level{kSide, kSide, {}, texture.stored_level(0).rgba};
@@ -79,14 +79,14 @@ gpu::FrameResult render(const scene::Capture& capture, BlockFormat format) {
   return gpu::Device(capture, gpu, settings, request).render(0);
 }
 
-TEST(TextureFormat, ImagesShowWhatTheBlocksDecodeTo) {
+TEST(TextureFormat, ImagesShowTheDecodedBlocks) {
   for (const bool alpha : {false, true}) {
     const scene::Capture capture = screen(pattern(alpha));
     for (const BlockFormat format : kFormats) {
       const gpu::FrameResult blocks = render(capture, format);
       const gpu::FrameResult wanted = render(screen(in_blocks(pattern(alpha), format)), BlockFormat::kStored);
       EXPECT_TRUE(test::image_bytes(blocks.targets) == test::image_bytes(wanted.targets)) << word(format);
-      // The twin: what the blocks lose is seen.
+      // The twin: the loss of the blocks is visible.
       EXPECT_FALSE(test::image_bytes(blocks.targets) ==
                    test::image_bytes(render(capture, BlockFormat::kStored).targets))
           << word(format);

@@ -27,8 +27,8 @@ const placed = (camera, world) => {
   camera.matrixWorldInverse.copy(camera.matrixWorld).invert();
 };
 
-// The scene of a glTF text with one light, whose map is drawn through `view`: the columns of its matrix to the world, what
-// an orthographic or a perspective camera is made of, and the map's size.
+// The scene of a glTF text with one light, whose map is drawn through `view`: the columns of its matrix to the world,
+// the parameters of an orthographic or a perspective camera, and the map's size.
 window.shadowMask = async ({ gltf, width, height, soft, bias, view }) => {
   const { scene } = await new GLTFLoader().parseAsync(gltf, '');
   let camera, light;

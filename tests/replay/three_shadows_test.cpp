@@ -1,4 +1,5 @@
-// Cast shadows beside those of three.js: the same scene, light matrix, map size and weights of texels, share by share.
+// Cast shadows beside shadows by three.js: the same scene, light matrix, map size and weights of texels, share by
+// share.
 #include "gpu/device.h"
 #include "gpu/settings.h"
 #include "gpu/view_inputs.h"
@@ -183,8 +184,9 @@ class ThreePage {
 
 // ---- The comparison ---------------------------------------------------------------------------------------------
 
-// Pixels that both see the same point of, which faces the light and whose slope three's constant bias makes up for. Three
-// shades others itself: its texels are compared with the depth of the point looked up, ours with that of its plane.
+// Pixels at which both see the same point, which faces the light and whose slope three's constant bias makes up for.
+// At other pixels three's surfaces shade themselves: it compares texels with the depth of the point that is looked up,
+// we compare them with the depth of the point's plane.
 struct Difference {
   int compared = 0, differ = 0;
   int beyond_bias = 0;  // are too steep, and left out
@@ -257,9 +259,9 @@ INSTANTIATE_TEST_SUITE_P(All, ThreeShadowsOf,
                            return std::get<0>(instance.param) + "_" + std::get<1>(instance.param);
                          });
 
-// An oracle: BasicShadowMap looks up the nearest texel, PCFSoftShadowMap weighs 16 texels as 3x3 does. What is left lies at
-// the feet of walls that face the light: there texels of the wall shade the floor's plane, which goes on below it, and
-// three's larger bias lets them pass.
+// An oracle: BasicShadowMap looks up the nearest texel, PCFSoftShadowMap weighs 16 texels as 3x3 does. The remaining
+// differences lie at the feet of walls that face the light: there texels of the wall shade the floor's plane, which
+// goes on below it, and three's larger bias lets them pass.
 TEST_P(ThreeShadowsOf, AreEqualFartherThanATexelAndAHalfFromEdges) {
   if (const std::string missing = ThreePage::missing(); !missing.empty()) GTEST_SKIP() << missing;
   const bool box = std::get<1>(GetParam()) == "3x3";

@@ -30,7 +30,7 @@ std::vector<std::string> maps_off(const json& tiles, const json& counters) {
 }
 
 TEST(TileMaps, AddUpToTheCountersOfTheFrame) {
-  // Plain; with partial renders; with a second pass for what the previous frame hid.
+  // Plain; with partial renders; with a second pass for geometry that the previous frame hid.
   const std::vector<std::vector<std::string>> runs = {
       {},
       {"--set", "parameter_buffer.bytes=4096"},

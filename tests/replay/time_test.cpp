@@ -46,7 +46,7 @@ class Time : public testing::Test {
   test::TemporaryFolder folder_;
 };
 
-TEST_F(Time, IsThatOfTheReplayItself) {
+TEST_F(Time, EqualsTheReplayItself) {
   const json stats = replay("eggs", {}, "plain");
   const ProcessResult done = time("plain", {});
   EXPECT_EQ(done.status, 0) << done.errors;
@@ -54,7 +54,7 @@ TEST_F(Time, IsThatOfTheReplayItself) {
   expect_same(times(), stats);
 }
 
-TEST_F(Time, IsThatOfAReplayOnTheOtherMachine) {
+TEST_F(Time, EqualsAReplayOnTheOtherMachine) {
   const std::vector<std::string> machine = {"shader.lanes=64",   "clock.mhz=400",      "tilecore.count=2",
                                             "memory.channels=2", "energy.texel_pj=40", "tilecore.memory_bytes=262144"};
   replay("stroll", {}, "plain");
@@ -63,8 +63,8 @@ TEST_F(Time, IsThatOfAReplayOnTheOtherMachine) {
   expect_same(times(), stats);
 }
 
-// "What would 30 % more bandwidth give?" One key, against what the record's machine has.
-TEST_F(Time, ANumberIsSetAsAMultipleOfWhatTheMachineHas) {
+// Question: how much do 30 % more bandwidth give? One key multiplies the value of the record's machine.
+TEST_F(Time, ANumberIsSetAsAMultipleOfTheMachines) {
   const json stats = replay("eggs", {"clock.mhz=500", "memory.model=fluid"}, "plain");
   const auto cycles = [&](const std::vector<std::string>& sets) {
     const ProcessResult done = time("plain", sets);
@@ -112,8 +112,8 @@ TEST_F(Time, RefusesKeysThatChangeTheWork) {
   EXPECT_EQ(time("plain", {"clock.hz=3"}).status, 2);
 }
 
-// What a number at twice its value changes is what a replay on that machine says.
-TEST_F(Time, SensitivityIsWhatAReplayOnTheOtherMachineSays) {
+// The change by a doubled number equals the change of a replay on that machine.
+TEST_F(Time, SensitivityEqualsAReplayOnTheOtherMachine) {
   const json stats = replay("eggs", {}, "plain"), faster = replay("eggs", {"shader.lanes=64"}, "faster");
   const ProcessResult done =
       run_tessera({"time", record("plain"), "--sensitivity", "--json", (folder_ / "time.json").string()});
@@ -132,7 +132,7 @@ TEST_F(Time, SensitivityIsWhatAReplayOnTheOtherMachineSays) {
   EXPECT_TRUE(found);
 }
 
-// Each split of a frame adds up to it, and names what the capture has.
+// Each split of a frame adds up to it, and names parts of the capture.
 TEST_F(Time, SplitsAFrame) {
   replay("garden", {}, "plain");
   const auto split = [&](const std::string& by) {
@@ -173,7 +173,7 @@ TEST_F(Time, SplitsAFrame) {
 }
 
 // Each assumed number at both of its ends; the verdict hangs on those with which something else bounds the frame.
-TEST_F(Time, SensitivitySaysWhatTheVerdictHangsOn) {
+TEST_F(Time, SensitivityNamesTheNumbersThatDecideTheVerdict) {
   replay("eggs", {}, "plain");
   const ProcessResult done =
       run_tessera({"time", record("plain"), "--sensitivity", "--json", (folder_ / "time.json").string()});
@@ -264,7 +264,7 @@ TEST_F(Time, AMachineThatCannotBeBuiltIsRefused) {
   EXPECT_EQ(time("plain", {"energy.leakage_mw=3"}).status, 2);
 }
 
-// More samples than a preset's tile memory holds: the machine has what it needs, and says so.
+// The samples need more than a preset's tile memory: the machine has the memory that they need, and says so.
 TEST_F(Time, AReplayOfMoreSamplesHasTheTileMemoryThatItNeeds) {
   const ProcessResult done =
       run_tessera({"replay", test::shipped_capture("eggs").string(), "--size", "96x64", "--spp", "16", "--frames",
@@ -279,7 +279,7 @@ TEST_F(Time, AReplayOfMoreSamplesHasTheTileMemoryThatItNeeds) {
   EXPECT_EQ(stats["total"]["area"]["total_mm2"], mm2);
 }
 
-TEST_F(Time, RefusesWhatIsNoRecord) {
+TEST_F(Time, RefusesOtherFiles) {
   EXPECT_EQ(run_tessera({"time", (folder_ / "none").string()}).status, 3);
   const ProcessResult capture = run_tessera({"time", test::shipped_capture("eggs").string()});
   EXPECT_EQ(capture.status, 3);
@@ -329,7 +329,7 @@ std::string frame_alone(const std::shared_ptr<const gpu::PreparedCapture>& eggs,
   }
 }
 
-// Files of machines that differ in a key of timing are points that are timed: with what a replay on that machine has.
+// Machine files that differ in a key of timing are timed points: each equals a replay on that machine.
 TEST_F(Time, PointsOfEveryTimingKeyAndOfFilesAreTimed) {
   const std::vector<std::pair<std::string, json>> changed = timing_keys();
   ASSERT_GT(changed.size(), 90u);
@@ -368,7 +368,7 @@ TEST_F(Time, PointsOfEveryTimingKeyAndOfFilesAreTimed) {
   EXPECT_LT(refused, 10);
 }
 
-// Points that differ in timing keys only are one render; each has what it has alone.
+// Points that differ in timing keys only are one render; each has the result that it has alone.
 TEST_F(Time, SweepsRenderOncePerFunctionalPoint) {
   const auto study = [](const json& axes) {
     return json{{"title", "clocks"},

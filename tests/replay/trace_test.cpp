@@ -146,7 +146,7 @@ TEST(Trace, PartialRendersLoadAndStoreColorsAndDepths) {
   EXPECT_EQ(names_of(partial.at("main")),
             (std::set<std::string>{"Binning", "LoadColor", "LoadDepth", "Render", "StoreColor", "StoreDepth"}));
   const auto& stages = partial.at("main");
-  EXPECT_GT(stages.at("LoadColor").begin, stages.at("StoreColor").begin) << "what is loaded was stored before";
+  EXPECT_GT(stages.at("LoadColor").begin, stages.at("StoreColor").begin) << "a load comes after the store";
 }
 
 // Every tile has its slice, from when its core took it; none hides another.
@@ -228,7 +228,7 @@ TEST(Trace, HoldsOnlyTheFramesAndTilesThatAreAskedFor) {
             events["dram_read_bytes"].get<std::uint64_t>() + events["dram_written_bytes"].get<std::uint64_t>());
 }
 
-TEST(DramTrace, HoldsWhatTheModelMovesInTheFormsOfBothMemorySimulators) {
+TEST(DramTrace, HoldsTheModelsTrafficInTheFormatsOfBothMemorySimulators) {
   const test::TemporaryFolder out;
   for (const auto& [name, desampling] :
        {std::pair{"d.trace", "off"}, {"d.loadstore", "off"}, {"d.trace", "adaptive"}}) {
@@ -263,7 +263,7 @@ TEST(DramTrace, HoldsWhatTheModelMovesInTheFormsOfBothMemorySimulators) {
   }
 }
 
-// Nobody has to tell `tessera dram` what the trace counts in and what memory it was asked of: it ends with the frame.
+// `tessera dram` reads the trace's unit and memory from the trace itself: it ends with the frame.
 TEST(DramTrace, DescribesItselfAndEndsWithItsFrame) {
   const test::TemporaryFolder out;
   const std::string file = (out / "d.trace").string();

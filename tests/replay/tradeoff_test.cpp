@@ -21,7 +21,7 @@ bool beats(const ErrorAndCost& b, const ErrorAndCost& a) {
   return b.error <= a.error && b.cost <= a.cost && (b.error < a.error || b.cost < a.cost);
 }
 
-TEST(ParetoFront, IsWhatNoOtherPointBeats) {  // TO2
+TEST(ParetoFront, HoldsTheUnbeatenPoints) {  // TO2
   test::Random random(3);
   for (int round = 0; round < 50; ++round) {
     std::vector<ErrorAndCost> points;
@@ -72,8 +72,8 @@ KnobResult random_knob(test::Random& random) {
   return knob;
 }
 
-// Settings whose member of a front is not what TO2 says of it: one that is beaten and on it, or beaten by none and off
-// it, or judged by a cost that it does not have.
+// Settings whose membership of a front breaks TO2: a setting that is beaten and on it, or beaten by none and off it,
+// or judged by a cost that it does not have.
 int front_violations(const KnobResult& knob) {
   int violations = 0;
   for (const Cost cost : kCosts)
@@ -91,14 +91,14 @@ int front_violations(const KnobResult& knob) {
   return violations;
 }
 
-TEST(Judge, PutsOnEveryFrontWhatNoOtherSettingBeats) {  // TO2
+TEST(Judge, PutsUnbeatenSettingsOnEveryFront) {  // TO2
   test::Random random(5);
   int broken = 0;
   for (int round = 0; round < 50; ++round) {
     KnobResult knob = random_knob(random);
     judge(knob);
     EXPECT_EQ(front_violations(knob), 0) << round;
-    // The failing twin: what costs least is taken for the front, whatever it errs by.
+    // The failing twin: the cheapest setting is taken for the front, whatever its error.
     for (const Cost cost : kCosts) {
       std::optional<double> least;
       for (const SettingResult& s : knob.settings)
@@ -135,10 +135,10 @@ TEST(Judge, AKnobIsIdleWhenAllSettingsGiveTheSameImageForTheSameWork) {
   EXPECT_TRUE(differs([](Measurement& m) { m.watched = Figure{std::uint64_t{8}}; }));
   KnobResult skipped;
   judge(skipped);
-  EXPECT_FALSE(skipped.idle) << "what was not turned is left out, not idle";
+  EXPECT_FALSE(skipped.idle) << "a knob that was not turned is left out, not idle";
 }
 
-TEST(Measurement, TakesFromATrialWhatItHas) {
+TEST(Measurement, TakesTheFiguresOfATrial) {
   TrialResult trial;
   trial.host = {{4, 1, 2}, {3, 1}};
   Measurement none = measurement_of(trial, "tilecore.triangles", 850);
@@ -156,7 +156,7 @@ TEST(Measurement, TakesFromATrialWhatItHas) {
   EXPECT_FALSE(measurement_of(trial, "", 850).watched);
 }
 
-TEST(Cheapest, IsTheLeastCostAmongThoseGoodEnough) {
+TEST(Cheapest, IsTheLeastCostAmongAcceptableSettings) {
   KnobResult a, b;
   a.name = "a";
   a.settings = {setting("bad", 0.2, 20, 10), setting("good", 0.04, 32, 50), setting("best", 0.01, 40, 90)};
@@ -170,9 +170,9 @@ TEST(Cheapest, IsTheLeastCostAmongThoseGoodEnough) {
   EXPECT_EQ(label({}, 35), "a: best");
   EXPECT_EQ(label(0.05, 35), "a: best") << "both must hold";
   EXPECT_EQ(label({}, {}), "a: bad");
-  EXPECT_EQ(label(0.001, {}), "none") << "what runs in double is no machine";
+  EXPECT_EQ(label(0.001, {}), "none") << "a run in double precision is no machine";
   a.settings[2].measured.error->psnr_db.reset();
-  EXPECT_EQ(label({}, 99), "a: best") << "what equals the reference has any PSNR";
+  EXPECT_EQ(label({}, 99), "a: best") << "an image that equals the reference has any PSNR";
   a.settings.push_back(setting("as cheap, better", 0.03, 33, 50));
   EXPECT_EQ(label(0.05, {}), "a: as cheap, better");
 }
@@ -259,7 +259,7 @@ TEST(Cheapest, TheNearestMissLacksTheFewestDecibels) {
   EXPECT_NEAR(shortfall_db(*a.settings[1].measured.error, {Cost::kMs, 0.004, {}}), 20, 1e-9) << "FLIP is an amplitude";
 }
 
-TEST(Words, SayWhatASettingCostsAndSaves) {
+TEST(Words, TellTheCostsAndSavingsOfASetting) {
   SettingResult exact = setting("float", 0.1, 30.0, 1000), packed = setting("packed", 0.1, 29.9, 1000);
   exact.measured.watched = Figure{std::uint64_t{200}};
   packed.measured.watched = Figure{std::uint64_t{176}};
@@ -290,7 +290,7 @@ class TrialFile : public testing::Test {
                         {"tilecore.triangles", std::uint64_t{3}}},
             .host = {{0.1, 0.2}, {0.3, 0.4}}};
   }
-  // What a file with this text is refused for; "" when it is read.
+  // Message of the refusal of a file with this text, or "" when it is read.
   std::string refusal(const std::string& text, bool timed = false) {
     test::write_text(file_, text);
     try {
@@ -305,7 +305,7 @@ class TrialFile : public testing::Test {
   fs::path file_ = folder_ / "0123456789abcdef0123456789abcdef.json";
 };
 
-TEST_F(TrialFile, GivesBackWhatWasWrittenToTheLastBit) {  // TF1
+TEST_F(TrialFile, ReadsBackToTheLastBit) {  // TF1
   TrialResult in_double = trial();
   in_double.error->psnr_db.reset();
   in_double.figures.clear();
@@ -331,7 +331,7 @@ TEST_F(TrialFile, IsRefusedAtEveryTruncatedLength) {  // TF2
 }
 
 // Every member taken away, made another type, and those with a range out of it.
-TEST_F(TrialFile, IsRefusedWithThePlaceOfWhatIsWrong) {  // TF2
+TEST_F(TrialFile, IsRefusedWithThePlaceOfTheFault) {  // TF2
   write_trial(file_, trial());
   const json sound = json::parse(test::read_text(file_));
   for (const char* place : {"/schema", "/error", "/error/psnr_db", "/error/ssim", "/error/flip", "/error/max_error",
@@ -390,7 +390,7 @@ TEST(Knobs, HaveKeysThatExistValuesThatFitAndColumnsThatAreCounted) {
   EXPECT_THROW(knob_named("smaples"), UsageError);
 }
 
-// The settings that the others are compared with are the machine's defaults, but for what the knob's context says.
+// The settings that the others are compared with are the machine's defaults, except for the knob's context.
 TEST(Knobs, CompareWithTheDefaults) {
   for (const Knob& knob : knobs()) {
     if (knob.name.starts_with("reconstruction")) continue;  // with exact weights
@@ -444,9 +444,9 @@ TEST(Knobs, ModelsOfTimingAddNoSilicon) {
     }
 }
 
-// ---- What is shown ----------------------------------------------------------------------------------------------
+// ---- Printed tables ----------------------------------------------------------------------------------------------
 
-TEST(Table, ShowsWhatDecides) {
+TEST(Table, ShowsTheDecidingFigures) {
   TradeoffResult result;
   KnobResult& knob = result.knobs.emplace_back();
   knob.name = "knob", knob.title = "a knob";
@@ -475,7 +475,7 @@ TEST(Table, ShowsWhatDecides) {
   EXPECT_THAT(all, testing::Not(HasSubstr("1 more")));
 }
 
-TEST(CheapestText, SaysWhatWasTried) {
+TEST(CheapestText, NamesTheTriedSettings) {
   TradeoffResult result;
   const CheapestAnswer answer{{Cost::kMs, {}, 99}, {}, {}};
   const auto add = [&](const char* name, std::vector<SettingResult> settings) -> KnobResult& {
@@ -507,7 +507,7 @@ class TradeoffCommand : public testing::Test {
     return run_tessera(arguments);
   }
   json result(const std::string& out) { return json::parse(test::read_text(folder_ / out / "tradeoff.json")); }
-  // Without what the host's clock says.
+  // The result without times of the host's clock.
   static json timeless(json value) {
     if (value.is_object()) {
       value.erase("host");
@@ -540,7 +540,7 @@ TEST_F(TradeoffCommand, FollowsFromItsInputsButForTimes) {  // TO1
   EXPECT_NE(result("a"), result("b")) << "the twin: times differ";
 }
 
-TEST_F(TradeoffCommand, DoesNotRunAgainWhatIsThere) {  // TO3
+TEST_F(TradeoffCommand, DoesNotRepeatFinishedTrials) {  // TO3
   ASSERT_EQ(run("a", kSome).status, 0);
   const auto first = files("a");
   const json before = result("a");
@@ -611,7 +611,7 @@ TEST_F(TradeoffCommand, PrintsArgumentsThatReplayTakes) {
 }
 
 TEST_F(TradeoffCommand, BitsOfAttributesCostBytesAndBuyAccuracy) {
-  // A rough sheet, not compressed: pack leaves alone what is.
+  // A rough sheet, not compressed: pack leaves compressed meshes alone.
   constexpr int kSide = 40;
   test::Random random(7);
   std::vector<float> positions;
@@ -730,7 +730,8 @@ TEST_F(TradeoffCommand, CtrlCStopsAmongTheRoundsOfAKnobAndTheNextRunGoesOn) {
   EXPECT_EQ(result("a").at("knobs").at(0).at("settings").size(), 5u);
 }
 
-// Models of timing look at one record: each gives what a replay with its keys gives, and errors are of the finest.
+// Models of timing look at one record: each equals a replay with its keys, and errors are relative to the finest
+// model.
 TEST_F(TradeoffCommand, ModelsOfTimingTimeOneRecord) {
   const ProcessResult r = run("a", {"--knobs", "samples,timing,requests", "--reference-samples", "1",
                                     "--reference-edge", "0", "--max-flip", "1"});
@@ -768,7 +769,7 @@ TEST_F(TradeoffCommand, ModelsOfTimingTimeOneRecord) {
   EXPECT_TRUE(fs::exists(folder_ / "a" / "reference"));
 }
 
-// Models of timing alone draw nothing: no reference is rendered, and the trials are those that a mix of knobs has.
+// Models of timing alone draw nothing: no reference is rendered, and the trials equal the trials of a mix of knobs.
 TEST_F(TradeoffCommand, ModelsOfTimingNeedNoReference) {
   const std::vector<std::string> knobs = {"--knobs", "timing,memory_model,shader_costs,warps,requests"};
   const ProcessResult r = run("a", knobs);
@@ -784,7 +785,7 @@ TEST_F(TradeoffCommand, ModelsOfTimingNeedNoReference) {
   EXPECT_EQ(mixed["knobs"][1], alone["knobs"][0]) << "host times and all: nothing was timed again";
 }
 
-TEST_F(TradeoffCommand, RefusesWhatItCannotCompare) {
+TEST_F(TradeoffCommand, RefusesUnknownKnobsAndIncomparableSettings) {
   EXPECT_THAT(run("a", {"--knobs", "smaples"}).errors, HasSubstr("samples"));
   EXPECT_EQ(run("a", {"--knobs", "smaples"}).status, 2);
   EXPECT_EQ(run("a", {"--cost", "money"}).status, 2);

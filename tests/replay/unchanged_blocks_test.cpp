@@ -1,5 +1,5 @@
-// What the resolve unit moves for the next frame: blocks that stay as they are, colours in the frame buffer's format,
-// lines that tiles share, vertices of the frame before.
+// Data that the resolve unit moves for the next frame: unchanged blocks, colours in the frame buffer's format, lines
+// that tiles share, vertices of the previous frame.
 #include "base/simd_targets.h"
 #include "tests/replay/desampling_replays.h"
 #include "tests/support/tests.h"
@@ -43,7 +43,7 @@ Machine plain_form_of(Machine m) {
 
 // Closed form. From the second frame with a history on nothing moves but a byte of each block, read and written, and the
 // 16 bytes of its signature, read. The frame before writes signatures and nothing else that the plain form does not.
-TEST(UnchangedBlocks, OfAWallAtRestNothingMovesButStatesAndSignatures) {
+TEST(UnchangedBlocks, AWallAtRestMovesStatesAndSignaturesAlone) {
   constexpr std::uint64_t kBlocks = 16 * 8, kPixels = 64 * 32;
   for (const char* compression : {"none", "lossless"}) {
     const Machine machine = small().set(std::string("frame_buffer.compression=") + compression);
@@ -69,8 +69,8 @@ TEST(UnchangedBlocks, OfAWallAtRestNothingMovesButStatesAndSignatures) {
   }
 }
 
-// Whatever moves, whatever the tile, whoever renders a tile twice: the image is that of the plain form.
-TEST(UnchangedBlocks, ImagesAreThoseOfThePlainForm) {
+// Whatever moves, whatever the tile, whoever renders a tile twice: the image equals the plain form's image.
+TEST(UnchangedBlocks, ImagesEqualThePlainForms) {
   for (const std::vector<const char*>& sets : {std::vector<const char*>{},
                                                {"frame_buffer.compression=lossless"},
                                                {"frame_buffer.format=rgba8"},
@@ -105,15 +105,15 @@ TEST(UnchangedBlocks, CostNothingWhereTheCameraMoves) {
     EXPECT_EQ(counters_json(kept[f].counters), counters_json(plain_form[f].counters));
 }
 
-// The failing twin of a signature: four bits, and a history that is not what was shown.
-TEST(UnchangedBlocks, SignaturesOfFewBitsShowWhatIsNotThere) {
+// The failing twin of a signature: with four bits, the history differs from the shown image.
+TEST(UnchangedBlocks, SignaturesOfFewBitsShowWrongBlocks) {
   const Capture capture = wall();
   Machine m;
   m.request = {320, 180, {0, 0, 320, 180}};
   const auto wrong = [&](const char* bits) {
     gpu::Device r = Machine(m).set(std::string("frame_buffer.signature_bits=") + bits).renderer(capture);
     for (int f = 0; f < 3; ++f) r.render(f);
-    History spoilt = r.history();  // by less than what makes a discrepancy
+    History spoilt = r.history();  // by less than a discrepancy needs
     test::Random random(9);
     for (Vec4& color : spoilt.color) color *= random.uniform(0.98f, 0.995f);
     r.set_history(spoilt);
@@ -130,7 +130,7 @@ TEST(UnchangedBlocks, SignaturesOfFewBitsShowWhatIsNotThere) {
 // ---- Colours ----------------------------------------------------------------------------------------------------
 
 // Half floats, or 8 bits, instead of single precision between pixels: nothing at rest, little on the way.
-TEST(HistoryColors, OfTheFrameBufferCostNoWriteAndLittleError) {
+TEST(HistoryColors, FromTheFrameBufferTheyCostNoWriteAndLittleError) {
   const Capture still = shipped("vases"), moving = shipped("stroll");
   Machine apart;
   apart.set("resolve.history_colors=apart");
@@ -154,7 +154,7 @@ TEST(HistoryColors, OfTheFrameBufferCostNoWriteAndLittleError) {
   }
 }
 
-TEST(HistoryColors, OfACompressedFrameBufferAreReadCompressed) {
+TEST(HistoryColors, AreReadCompressedFromACompressedFrameBuffer) {
   const Capture capture = shipped("stroll");
   const auto raw = Machine().set("frame_buffer.compression=none").frames(capture, 20, 23),
              packed = Machine().frames(capture, 20, 23);
@@ -204,7 +204,7 @@ Capture deforming(bool grid, bool deforms) {
   return capture;
 }
 
-// Bytes besides what the counters of the history say.
+// Bytes besides the bytes that the history's counters count.
 std::uint64_t vertex_bytes(const Capture& capture, int side, int burst) {
   Machine m;
   m.request = {side, side, {0, 0, side, side}};

@@ -38,7 +38,7 @@ TEST_F(Vega, IsFoundBelowEveryDataFolderAsDistributionsAndNpmHaveIt) {
                             "b/lib/node_modules/vega-x/build/vega-x.min.js", "b/share/vega/vega-x.min.js",
                             "b/share/javascript/vega/vega-x.min.js", "a/share/javascript/vega/vega-x.min.js",
                             "home/javascript/vega/vega-x.min.js"}) {
-    const fs::path file = put(place);  // each before those that are there
+    const fs::path file = put(place);  // each before the files already there
     EXPECT_EQ(find_vega_module("vega-x"), file);
   }
 }

@@ -1,4 +1,4 @@
-// --scene, --camera, --animation, --orbit, --lens and --shutter: what of a file is drawn and how it is looked at.
+// --scene, --camera, --animation, --orbit, --lens and --shutter: the drawn part of a file and its camera.
 #include "replay/view_options.h"
 #include "base/error.h"
 #include "scene/pose.h"
@@ -32,7 +32,7 @@ class ViewOptions : public testing::Test {
   const fs::path file_ = test::view_asset().write(folder_.path());
 };
 
-TEST_F(ViewOptions, CamerasAreChosenByTheirNameThatOfTheirNodeOrTheirNumber) {
+TEST_F(ViewOptions, CamerasAreChosenByTheirNameTheirNodesNameOrTheirNumber) {
   const auto node = [&](const std::string& word) { return scene::camera_node(with("camera", word)); };
   EXPECT_EQ(scene::camera_node(read({})), 1);
   EXPECT_EQ(node("near"), 1);
@@ -99,7 +99,7 @@ TEST_F(ViewOptions, AnOrbitTurnsTheAutomaticCameraAroundTheScene) {
       1e-12);
 }
 
-TEST_F(ViewOptions, ALensReplacesThatOfTheCameraAndFocusesOnTheMiddle) {
+TEST_F(ViewOptions, ALensReplacesTheCamerasAndFocusesOnTheMiddle) {
   ViewChoices view;
   view.lens = "0.05:4";
   const scene::Lens lens = scene::choose_camera(read(view), 64, 36).camera.lens;
@@ -112,7 +112,7 @@ TEST_F(ViewOptions, ALensReplacesThatOfTheCameraAndFocusesOnTheMiddle) {
   EXPECT_EQ(scene::choose_camera(read(view), 64, 36).camera.lens.aperture_radius, 0);
 }
 
-TEST_F(ViewOptions, TheShutterIsThatOfTheCommandLine) {
+TEST_F(ViewOptions, TheShutterFollowsTheCommandLine) {
   ViewChoices view;
   view.shutter = "-0.25:0.5";
   const scene::Capture capture = read(view);
@@ -139,8 +139,8 @@ TEST_F(ViewOptions, WordsThatAreNoNumbersAreRefused) {
   for (const char* word : {"", "1", "1:0", "-2:0", "0:3"}) EXPECT_TRUE(refused(&ViewChoices::shutter, word)) << word;
 }
 
-// What a shell makes of it is what was given.
-TEST_F(ViewOptions, ArgumentsAreThoseOfTheCommandLine) {
+// A shell parses the text back into the given arguments.
+TEST_F(ViewOptions, ArgumentsReadBackAsTheCommandLine) {
   ViewChoices view;
   view.selection.camera = "it's";
   view.shutter = "0:0.5";
@@ -150,7 +150,7 @@ TEST_F(ViewOptions, ArgumentsAreThoseOfTheCommandLine) {
 
 // ---- The program ------------------------------------------------------------------------------------------------
 
-TEST_F(ViewOptions, InspectListsWhatCanBeChosenAndWhatIsDrawn) {
+TEST_F(ViewOptions, InspectListsTheChoicesAndTheDrawnParts) {
   const ProcessResult table = run_tessera({"inspect", file_.string()});
   for (const char* line :
        {"  scene 0     all\n", "  scene 1     other, not drawn\n", "  camera 0    near, perspective, node eye\n",
@@ -188,8 +188,8 @@ TEST_F(ViewOptions, ReplaysOfOtherCamerasDifferAndStatisticsSayHow) {
   EXPECT_FALSE(capture("usual").contains("view"));
 }
 
-// A packed view is the view: the file itself asks for what the command line chose.
-TEST_F(ViewOptions, PackStoresWhatWasChosen) {
+// A packed view is the view: the file itself asks for the choices of the command line.
+TEST_F(ViewOptions, PackStoresTheChoices) {
   const std::vector<std::vector<std::string>> choices = {
       {"--camera", "far"},     {"--camera", "auto"}, {"--scene", "other"}, {"--animation", "sink"},
       {"--animation", "none"}, {"--orbit", "75:40"}, {"--lens", "0.2"},    {"--lens", "0.1:3", "--camera", "far"}};
@@ -201,7 +201,7 @@ TEST_F(ViewOptions, PackStoresWhatWasChosen) {
     pack.insert(pack.end(), choice.begin(), choice.end());
     const ProcessResult r = run_tessera(pack);
     ASSERT_EQ(r.status, 0) << r.errors;
-    // The frames that pack declares are those that automatic framing looks at.
+    // Automatic framing looks at the frames that pack declares.
     const std::string plain = (folder_ / fmt::format("{}_plain.glb", number)).string();
     ASSERT_EQ(
         run_tessera({"pack", file_.string(), plain, "--method", "none", "--size", "64x36", "--frames", "0:2"}).status,

@@ -1,4 +1,4 @@
-// `tessera view`: what its session gives, and its page in a browser that someone uses.
+// `tessera view`: the results of its session, and its page in a browser with a user.
 #include <condition_variable>
 #include <mutex>
 
@@ -36,7 +36,7 @@ class Session {
 
   ViewSession& operator*() { return session_; }
   ViewSession* operator->() { return &session_; }
-  // What comes of a change in the end.
+  // The final result of a change.
   std::shared_ptr<const ViewResult> after(const json& changes) {
     const std::uint64_t revision = session_.request(changes, true);
     std::unique_lock lock(mutex_);
@@ -80,7 +80,7 @@ class Session {
   ViewSession session_;
 };
 
-// VWS1: what its command line gives.
+// VWS1: a result equals the replay of its command line.
 void expect_as_replayed(const ViewResult& result) {
   const test::TemporaryFolder out;
   std::istringstream words(result.command);
@@ -101,7 +101,7 @@ void expect_as_replayed(const ViewResult& result) {
   EXPECT_TRUE(png == *result.image.png) << result.command;
 }
 
-TEST(View, ResultsAreThoseOfTheirCommandLine) {  // VWS1
+TEST(View, ResultsEqualTheirCommandLine) {  // VWS1
   Session session("eggs", {"tile.width=16", "shader.lanes=48"});
   expect_as_replayed(*session->result());
   for (const json& changes :
@@ -144,10 +144,10 @@ TEST(View, TheNewestRequestWinsAndNoneBeforeItComesLater) {  // VWS2
     before = result->revision;
   }
   expect_as_replayed(*last);
-  EXPECT_EQ(session->history().size(), 2u) << "the start and what was kept";
+  EXPECT_EQ(session->history().size(), 2u) << "the start and the kept result";
 }
 
-TEST(View, AFrameInHandIsAbandonedAtItsNextTile) {  // VWS2
+TEST(View, ARunningFrameIsAbandonedAtItsNextTile) {  // VWS2
   const scene::Capture capture = scene::read_capture(test::shipped_capture("eggs"), {});
   gpu::RenderRequest request;
   request.width = 96, request.height = 54;
@@ -159,7 +159,7 @@ TEST(View, AFrameInHandIsAbandonedAtItsNextTile) {  // VWS2
   EXPECT_EQ(device.progress().done(), 0u);
 }
 
-TEST(View, WhatOnlyTimingReadsRendersNothing) {  // VWS3
+TEST(View, KeysOfTimingRenderNothing) {  // VWS3
   Session session;
   const std::uint64_t image = session->result()->image.number;
   double ms = session->result()->summary["ms"];
@@ -184,7 +184,7 @@ TEST(View, CachesOfEventsAreTimedFirstAndRenderedThen) {
   EXPECT_TRUE(results[1]->stale);
   EXPECT_EQ(results[1]->revision, last->revision);
   json timed = results[1]->stats["total"]["timing"], rendered = last->stats["total"]["timing"];
-  // The coarse model counts what the caches of the emulated order missed, as counters do.
+  // The coarse model counts the misses of the caches in the emulated order, as counters do.
   for (json* timing : {&timed, &rendered}) timing->erase("coarse_cycles");
   EXPECT_EQ(timed, rendered);
   EXPECT_EQ(results[1]->stats["total"]["counters"], results[0]->stats["total"]["counters"]);
@@ -219,14 +219,14 @@ TEST(View, ARequestThatIsRefusedChangesNothing) {  // VWS4
   EXPECT_EQ(result->changes, (json{{"tile.width", 16}}));
 }
 
-TEST(View, WhatCannotBeRenderedIsSaidAndTheSessionGoesOn) {
+TEST(View, AFailedRenderIsReportedAndTheSessionGoesOn) {
   Session session;
   // The machine bears it; a shader of the frame does not.
   EXPECT_THAT(session.failure_of({{"shader.register_bytes", 1024}}), HasSubstr("a shader of the frame takes"));
   EXPECT_EQ(session.after({{"shader.register_bytes", nullptr}})->changes, json::object());
 }
 
-TEST(View, OnlyWhatIsKeptIsInTheHistory) {
+TEST(View, OnlyKeptResultsAreInTheHistory) {
   Session session;
   const auto wait = [&](std::uint64_t revision) {
     while (session->result()->revision != revision) std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -234,7 +234,7 @@ TEST(View, OnlyWhatIsKeptIsInTheHistory) {
   wait(session->request({{"clock.mhz", 500}}, false));
   wait(session->request({{"clock.mhz", 550}}, false));
   EXPECT_EQ(session->history().size(), 1u);
-  // Let go where it is: what is there is kept as it is.
+  // Let go at the same place, the slider keeps the result as it is.
   EXPECT_EQ(session->request({{"clock.mhz", 550}}, true), 3u);
   const json history = session->history();
   ASSERT_EQ(history.size(), 2u);
@@ -254,7 +254,7 @@ json left_out_when(ViewSession& session, const std::set<std::string>& phases) {
   return now;
 }
 
-// VWS5: rows are those of `replay --without` for the result's command line, most saved first.
+// VWS5: rows equal the rows of `replay --without` for the result's command line, largest saving first.
 TEST(View, MeasuresTheFrameWithoutEachDrawable) {
   Session session("eggs", {"shader.lanes=48"});
   const auto result = session.after({{"frame", 4}, {"tile.width", 16}});
@@ -299,7 +299,7 @@ TEST(View, AMeasurementEndsWhereItIsCancelledOrTheFrameIsAnother) {  // VWS5
                  std::to_string(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()));
 }
 
-TEST(View, WhatCannotBeLeftOutIsSaid) {
+TEST(View, PartsThatCannotBeLeftOutAreReported) {
   Session session;
   const auto fault = [&](const json& part) -> std::string {
     try {
@@ -313,7 +313,7 @@ TEST(View, WhatCannotBeLeftOutIsSaid) {
   EXPECT_THAT(fault({{"node", "ground"}}), HasSubstr("material"));
   EXPECT_THAT(fault({{"node", 1}, {"material", "m"}}), HasSubstr("node"));
   EXPECT_THAT(fault(json::array()), HasSubstr("expected"));
-  EXPECT_EQ(session->left_out(), json::object()) << "what is refused measures nothing";
+  EXPECT_EQ(session->left_out(), json::object()) << "a refusal measures nothing";
 }
 
 TEST(View, WordsOfACommandLineAreQuotedForAShell) {
@@ -355,7 +355,7 @@ TEST(ViewCommand, CtrlCEndsTheFirstFrameToo) {
   EXPECT_EQ(end.output, "");
 }
 
-TEST(ViewCommand, WhatIsWrongIsSaidBeforeAnythingIsServed) {
+TEST(ViewCommand, MistakesAreReportedBeforeAnythingIsServed) {
   const auto fails = [](std::vector<std::string> more, int status, const std::string& says) {
     const ProcessResult r = test::run_process(view_of("eggs", std::move(more)));
     EXPECT_EQ(r.status, status) << r.errors;
@@ -398,7 +398,7 @@ class ViewInBrowser : public testing::Test {
     return page_->evaluate("document.querySelector('" + selector + "').textContent");
   }
   void focus(const std::string& selector) { page_->evaluate("document.querySelector('" + selector + "').focus()"); }
-  // Seconds until the page shows a result that answers what is done by `act`.
+  // Seconds until the page shows a result that answers `act`.
   template <class Act>
   double seconds_of(const Act& act) {
     const std::string before = page_->evaluate("document.body.dataset.revision");
@@ -418,7 +418,7 @@ class ViewInBrowser : public testing::Test {
   std::unique_ptr<LivePage> page_;
 };
 
-// What would a clock faster by 30 % give? Six keys on the slider, five per cent each.
+// Question: how much does a clock faster by 30 % give? Six keys on the slider, five per cent each.
 TEST_F(ViewInBrowser, AFasterClockIsTimedAtOnce) {
   open({"--size", "1280x720"});
   const std::string source = page_->evaluate("document.querySelector('.sides img').src");
@@ -437,7 +437,7 @@ TEST_F(ViewInBrowser, AFasterClockIsTimedAtOnce) {
   EXPECT_EQ(page_->evaluate("document.querySelector('.sides img').src"), source) << "nothing was rendered";
   // The report below follows: its configuration has the new number.
   EXPECT_TRUE(page_->wait_for("document.querySelector('#configuration pre').textContent.includes('1105')"));
-  // And it is what a replay says.
+  // A replay gives the same number.
   const test::TemporaryFolder out;
   ASSERT_EQ(run_tessera({"replay", test::shipped_capture("eggs").string(), "--set", "clock.mhz=1105", "--quiet",
                          "--no-report", "--out", out.path().string()})
@@ -535,7 +535,7 @@ TEST_F(ViewInBrowser, APressMeasuresTheFrameWithoutEachDrawable) {
   expect_no_errors();
 }
 
-TEST_F(ViewInBrowser, AMeasurementIsCancelledAndWhatIsRefusedIsSaid) {
+TEST_F(ViewInBrowser, AMeasurementIsCancelledAndRefusalsAreReported) {
   open({"--size", "1280x720", "--set", "sampling.samples_per_pixel=64"});
   page_->evaluate("document.querySelector('#view .measure').click()");
   ASSERT_TRUE(page_->wait_for("!document.querySelector('#view .cancel').disabled"));

@@ -1,4 +1,4 @@
-// The time left of a tradeoff: what its trials should take, and the rates at which they do.
+// The time left of a tradeoff: predicted times of its trials, and the rates at which they run.
 #include "replay/tradeoff/work_clock.h"
 
 #include "replay/tradeoff/trial.h"
@@ -14,7 +14,7 @@ TEST(WorkClock, TIL1EachKindGoesOnAtItsOwnRate) {
   clock.expect(WorkKind::kRecord, 1);
   clock.expect(WorkKind::kTiming, 36 * 0.1);
   clock.finish(WorkKind::kRecord, 1, 33);
-  EXPECT_NEAR(*clock.seconds_left(), 36 * 3.3, 1e-9) << "timings have no rate yet: that of the record";
+  EXPECT_NEAR(*clock.seconds_left(), 36 * 3.3, 1e-9) << "timings have no rate yet: the record's rate counts";
   clock.finish(WorkKind::kTiming, 0.1, 0.8);
   EXPECT_NEAR(*clock.seconds_left(), 35 * 0.8, 1e-9);
   const double by_shares = (33 + 0.8) / (0.1 / 3.6) * (3.5 / 3.6);
@@ -67,7 +67,7 @@ TEST(TrialWork, AddsUpRoundsAndTheFramesBefore) {
   EXPECT_GT(all_work(many, place), 5 * all_work(plain, place));
   Trial adaptive = plain;
   adaptive.settings.resolve.desampling = tilecore::Desampling::kAdaptive;
-  EXPECT_NEAR(all_work(adaptive, place), all_work(plain, place) + 2, 0.05) << "four frames that nobody times";
+  EXPECT_NEAR(all_work(adaptive, place), all_work(plain, place) + 2, 0.05) << "four untimed frames";
   TrialPlace first = place;
   first.first_frame = first.frame;
   EXPECT_EQ(all_work(adaptive, first), all_work(plain, first)) << "there are no frames before";

@@ -95,7 +95,8 @@ TEST(CageWalls, MeetTheirSheetInOneCurve) {
       }
 }
 
-// A leaf with a front and a back: no wall stands on anything, its edges inside are as smooth as those of one side alone.
+// A leaf with a front and a back: no wall stands on anything, its edges inside are as smooth as the edges of one side
+// alone.
 TEST(CageWalls, SheetsThatLieOnEachOtherHaveNoSharpEdges) {
   Sheets sheets;
   sheets.add(3, 3, ground);

@@ -337,7 +337,7 @@ TEST(CatmullClark, FansThatTouchInAPointAreSplitAndStillMeetThere) {  // CAGE2
   EXPECT_EQ(std::count(patches.vertices.positions.begin(), patches.vertices.positions.end(), Vec3(1, 1, 0)), 6);
 }
 
-// ---- What moves with the cage -----------------------------------------------------------------------------------
+// ---- Data that follow the cage -----------------------------------------------------------------------------------
 
 TEST(CatmullClark, MorphTargetsConvertLikeThePositionsThatTheyAreAddedTo) {
   Cage cage = test::bracket_cage();
@@ -364,7 +364,7 @@ TEST(CatmullClark, MorphTargetsConvertLikeThePositionsThatTheyAreAddedTo) {
 
 TEST(CatmullClark, WeightsOfEveryControlPointSumToOne) {  // LM4
   for (Cage cage : closed_cages()) {
-    // What moves every point of the cage alike moves every control point alike.
+    // An equal motion of every point of the cage moves every control point equally.
     MorphTarget target;
     target.positions.assign(cage.primitive.vertices.count(), Vec3(1, 2, -4));
     cage.primitive.vertices.morph_targets = {target};
@@ -415,7 +415,7 @@ TEST(CatmullClark, TextureCoordinatesAreBilinearWithinEachFaceOfTheCage) {
     EXPECT_NEAR(covered, cage.faces[static_cast<std::size_t>(face)][3] >= 0 ? 1.0 : 0.5, 1e-5) << face;
 }
 
-TEST(CatmullClark, ColoursAreThoseOfTheFacesCorners) {
+TEST(CatmullClark, ColoursComeFromTheFacesCorners) {
   Cage cage = test::cube_cage();
   for (std::size_t v = 0; v < 24; ++v) cage.primitive.vertices.colors.emplace_back(static_cast<float>(v / 4), 0, 0, 1);
   const Primitive patches = converted(cage);
@@ -423,7 +423,7 @@ TEST(CatmullClark, ColoursAreThoseOfTheFacesCorners) {
     EXPECT_NEAR(patches.vertices.colors[16 * p].x, patches.vertices.texcoords[1][16 * p].x, 1e-5f);
 }
 
-// ---- What is refused --------------------------------------------------------------------------------------------
+// ---- Refused cages -----------------------------------------------------------------------------------------------
 
 std::string fault_of(const Cage& cage) {
   try {

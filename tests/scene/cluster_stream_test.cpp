@@ -88,7 +88,7 @@ TEST(ClusterStream, CLS1AnyMeshComesBack) {
   }
 }
 
-TEST(ClusterStream, WhatBlocksOfDgfCannotHoldIsNotEncoded) {
+TEST(ClusterStream, ClustersBeyondTheLimitsOfDgfBlocksAreNotEncoded) {
   const Primitive wide = test::triangles({{0, 0, 0}, {65536, 0, 0}, {0, 1, 0}}, {0, 1, 2}),
                   fits = test::triangles({{0, 0, 0}, {65535, 0, 0}, {0, 1, 0}}, {0, 1, 2});
   EXPECT_FALSE(encode_cluster_stream(GeometryEncoding::kDgf, 0, wide).has_value());

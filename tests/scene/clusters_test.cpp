@@ -1,4 +1,4 @@
-// Clusters, also those that are cut off triangles in the order of clusters.
+// Clusters, also clusters that are cut off triangles in the order of clusters.
 #include "scene/clusters.h"
 #include "scene/limits.h"
 #include "tests/support/captures.h"
@@ -59,7 +59,7 @@ Primitive turned(Primitive primitive) {
 }
 
 // Squares of the largest floats are infinite; meshoptimizer then finds no clusters at all.
-TEST(Clusters, OfAMeshOfAnySizeAreThoseOfASmallOne) {
+TEST(Clusters, DoNotDependOnTheSizeOfTheMesh) {
   Primitive mesh = test::wavy_grid(40, 3);
   const std::vector<std::multiset<Triangle>> small = contents(build_clusters(mesh));
   for (const int exponent : {-120, -60, 47, 49, 90, 120}) {
@@ -101,7 +101,7 @@ TEST(Clusters, PairMostTrianglesOfAGridIntoQuads) {
   EXPECT_LT(static_cast<double>(singles), 0.1 * static_cast<double>(clusters.cells.size()));
 }
 
-TEST(Clusters, OfAnEmptyPrimitiveAreNone) {
+TEST(Clusters, AnEmptyPrimitiveHasNone) {
   EXPECT_TRUE(build_clusters(test::triangles({{0, 0, 0}}, {})).clusters.empty());
 }
 

@@ -151,7 +151,7 @@ TEST(Deformation, OfASkinnedMeshIgnoresItsNode) {
   EXPECT_EQ(DMat3(origin), DMat3(1.0)) << "an origin to count from, no more";
 }
 
-// Joints as far away as a planet's surface, and turned: vertices are as exact as those of a rigid mesh there.
+// Joints as far away as a planet's surface, and turned: vertices are as exact as the vertices of a rigid mesh there.
 TEST(Deformation, OfASkinIsAsPreciseFarAway) {
   for (const double far : {0.0, 1e3, 1e6, 4.2e6, 1e9}) {
     Scene scene(26);
@@ -162,7 +162,7 @@ TEST(Deformation, OfASkinIsAsPreciseFarAway) {
     const Deformed out = scene.deformed();
     for (std::size_t i = 0; i < kVertices; ++i) {
       const DVec3 morph = morphed(near, DVec3(near.vertices().positions[i]), i, &MorphTarget::positions);
-      // Weights sum to 1 in single precision: what is missing moves with the origin, not with the scene.
+      // Weights sum to 1 in single precision: the missing part moves with the origin, not with the scene.
       const DVec3 wanted = skinned(near, DVec4(morph, 1.0), i);
       const double doubles = far * 0x1p-50;
       for (int c = 0; c < 3; ++c) EXPECT_NEAR((scene.placed(out.positions[i]) - away)[c], wanted[c], 2e-5 + doubles);
@@ -184,7 +184,7 @@ TEST(Deformation, TurnedNormalsAreBoundedWhereTheSurfaceIsFlat) {
   EXPECT_EQ(turn_normals(DMat3(8.0)), DMat3(1.0)) << "an even scale leaves lengths";
 }
 
-TEST(Deformation, WindingIsThatOfTheNodeAndItsInstance) {
+TEST(Deformation, WindingFollowsTheNodeAndItsInstance) {
   Scene scene(27);
   scene.pose.world[kJoints] = DMat4(1.0);
   EXPECT_GT(winding_determinant(scene.capture, kJoints, 0, scene.pose), 0);

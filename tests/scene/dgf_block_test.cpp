@@ -272,7 +272,7 @@ TEST(DgfBlock, DGF3ThreeVerticesOfALatticeAlwaysFit) {
 
 // ---- Any bytes --------------------------------------------------------------------------------------------------
 
-// In a heap block of their own, so that the address sanitizer sees what is read beyond them.
+// The bytes lie in a heap block of their own, so that the address sanitizer sees reads beyond them.
 void expect_sound_or_refused(const Bytes& bytes) {
   const std::unique_ptr<std::uint8_t[]> alone(new std::uint8_t[kDgfBlockBytes]);
   std::copy(bytes.begin(), bytes.end(), alone.get());

@@ -1,4 +1,4 @@
-// Positions on lattices, records of encoded geometry, and what an assembly holds of them.
+// Positions on lattices, records of encoded geometry, and their sizes and decoded values in an assembly.
 #include <limits>
 
 #include "base/error.h"
@@ -85,7 +85,8 @@ TEST(PositionLattice, IsAsFineAsItsBitsAllow) {
   EXPECT_EQ(make_lattice(Vec3(0), Vec3(255, 1, 1), 8).exponent, 0);
 }
 
-// A quad, a triangle at its right edge, another quad with one new vertex: what the format in the header makes of them.
+// The bytes of a quad, a triangle at its right edge and another quad with one new vertex, by the format in the
+// header.
 TEST(GeometryRecord, HasTheBytesThatItsFormatSays) {
   const PositionLattice lattice{-2, {-8, 0, 0}};
   const std::vector<LatticePoint> points = {{0, 0, 5}, {4, 0, 5}, {4, 4, 5}, {0, 4, 5}, {7, 2, 5}, {7, 9, 5}};
@@ -202,7 +203,8 @@ Capture touching_capture(std::uint32_t seed) {
   return capture;
 }
 
-// The positions that the memory holds by those of the file, over everything that is drawn.
+// Expects one position in memory for each position of the file, over all drawn primitives; returns the number of
+// vertices.
 std::size_t expect_closed(const Capture& capture, const Assembly& assembly, const GeometrySettings& settings) {
   const std::vector<PositionLattice> lattices = mesh_lattices(capture, settings);
   std::map<Words, Words> decoded;
@@ -226,7 +228,7 @@ std::size_t expect_closed(const Capture& capture, const Assembly& assembly, cons
   return vertices;
 }
 
-// LAT4, GR2: what is in one place stays in one place, bit by bit, in every record that has it.
+// LAT4, GR2: vertices in one place stay in one place, bit by bit, in every record that has them.
 TEST(HeldGeometry, HG1HG2NoCrackOpensBetweenPatchesPrimitivesAndMeshesThatTouch) {
   std::size_t vertices = 0;
   for (std::uint32_t seed = 1; seed <= 60; ++seed) {
@@ -242,7 +244,7 @@ TEST(HeldGeometry, HG1HG2NoCrackOpensBetweenPatchesPrimitivesAndMeshesThatTouch)
   EXPECT_GT(vertices, 100'000u);
 }
 
-TEST(HeldGeometry, HG3ClustersKeepTheirCellsAndBoundsHoldWhatIsDecoded) {
+TEST(HeldGeometry, HG3ClustersKeepTheirCellsAndBoundsHoldDecodedPositions) {
   Capture capture;
   test::add_node(capture, test::wavy_grid(40, 3));
   const Assembly raw = assemble(capture);
@@ -296,7 +298,7 @@ TEST(HeldGeometry, HG3InstancesShareRecordsAndPatchesKeepTheirNeighbours) {
   }
 }
 
-TEST(HeldGeometry, LeavesWhatMayDeformAndPointsAsTheyAre) {
+TEST(HeldGeometry, LeavesDeformingMeshesAndPointsAlone) {
   Capture capture;
   Primitive morphing = test::wavy_grid(4, 1);
   morphing.vertices.morph_targets.push_back({std::vector<Vec3>(morphing.vertices.count(), Vec3(1)), {}, {}});
@@ -308,7 +310,7 @@ TEST(HeldGeometry, LeavesWhatMayDeformAndPointsAsTheyAre) {
 }
 
 // A vertex that no triangle has may be anything: the reader lets it pass.
-TEST(HeldGeometry, PassesOverVerticesThatNobodyDraws) {
+TEST(HeldGeometry, PassesOverUndrawnVertices) {
   Primitive mesh = test::wavy_grid(4, 1);
   mesh.vertices.positions.emplace_back(std::numeric_limits<float>::quiet_NaN());
   mesh.vertices.positions.emplace_back(std::numeric_limits<float>::infinity());
@@ -368,7 +370,7 @@ Primitive sphere(std::uint32_t columns, std::uint32_t rows, bool displaced) {
   return test::triangles(positions, indices);
 }
 
-// What the project's research measured with the tools of others, in bytes a triangle at 16 and at 12 bits.
+// Measurements of the project's research with other tools, in bytes a triangle at 16 and at 12 bits.
 struct Field {
   double dgf, coarse_dgf;
 };
@@ -400,7 +402,7 @@ TEST(HeldGeometry, ASmoothMeshTakesUnderFiveBytesATriangle) {
   expect_like_the_field(assemble(capture), {7.5, 5.0});
 }
 
-TEST(HeldGeometry, AMillionTrianglesTakeWhatTheFieldsCodecsTake) {
+TEST(HeldGeometry, AMillionTrianglesTakeTheBytesOfTheFieldsCodecs) {
   Capture capture;
   test::add_node(capture, sphere(1024, 512, true));
   expect_like_the_field(assemble(capture), {5.48, 3.54});
@@ -413,7 +415,7 @@ TEST(HeldGeometry, ARealMeshTakesUnderFiveBytesATriangle) {
   expect_like_the_field(assemble(capture), {8.19, 4.87});
 }
 
-TEST(HeldGeometry, TheTeapotTakesWhatTheFieldsCodecsTake) {
+TEST(HeldGeometry, TheTeapotTakesTheBytesOfTheFieldsCodecs) {
   const char* named = std::getenv("TESSERA_SILICON");
   const fs::path folder =
       named != nullptr ? fs::path(named) : fs::path(TESSERA_SOURCE_DIR) / ".." / "shared" / "silicon";

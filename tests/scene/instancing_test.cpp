@@ -1,4 +1,4 @@
-// Instances of a node's mesh: numbering, what they share, where they are.
+// Instances of a node's mesh: their numbers, shared data and places.
 #include <tessera/error.h>
 
 #include "scene/frame_geometry.h"
@@ -101,7 +101,7 @@ TEST(Instances, AS3AreEachInOneGroupWhoseRangesHoldThem) {
   }
 }
 
-TEST(Instances, BeyondWhatNumbersHoldAreRefused) {
+TEST(Instances, BeyondTheRangeOfNumbersAreRefused) {
   Capture capture;
   std::vector<Vec3> points;
   for (int p = 0; p < 4300; ++p)

@@ -1,5 +1,6 @@
-// What maps of lights see (scene/light_views.cpp) and the grids that patches have in them (scene/view_grids.cpp): every place that the camera sees is in a map with all texels around it,
-// and everything that may keep light off lies between the map's planes.
+// Views of light maps (scene/light_views.cpp) and the grids that patches have in them (scene/view_grids.cpp): every
+// place that the camera sees is in a map with all texels around it, and everything that may keep light off lies
+// between the map's planes.
 #include "scene/light_views.h"
 #include "tests/support/tests.h"
 
@@ -51,7 +52,7 @@ INSTANTIATE_TEST_SUITE_P(All, Fits, testing::Values(ShadowFit::kSphere, ShadowFi
 
 // An oracle over random suns: corners of cards that the camera sees are in a cascade, inside of its border; corners of cards
 // before them along the rays are between its planes.
-TEST_P(Fits, ACascadeHoldsWhatTheCameraSeesAndAllThatMayShadeIt) {
+TEST_P(Fits, ACascadeHoldsTheCamerasViewAndAllCastersThatMayShadeIt) {
   test::Random random(5);
   int seen = 0;
   for (int round = 0; round < 300; ++round) {
@@ -128,7 +129,7 @@ TEST(LightViews, MapsOverSpheresMoveByWholeTexels) {
     const auto frame = pose(assembly);
     return light_views(*frame, shadow_lights(*frame, {}), {}).front();
   };
-  // The distance is given, for that of what is farthest changes as the camera moves.
+  // The distance is given, because the distance of the farthest geometry changes as the camera moves.
   crowd.capture.settings.shadows.front().distance = 30;
   const auto before = views();
   crowd.capture.nodes.back().transform.translation += DVec3(0.123, 0.045, -0.067);
@@ -141,7 +142,7 @@ TEST(LightViews, MapsOverSpheresMoveByWholeTexels) {
 }
 
 // Another view of a scene refers to its vertices, deformed ones too, as they are at shutter open.
-TEST(LightViews, ThePoseOfALightIsThatOfShutterOpen) {
+TEST(LightViews, LightsArePosedAtShutterOpen) {
   Capture capture;
   const int material = made::add_material(capture);
   Primitive card = made::triangles({{-1, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {0, 1, 2}, material);
@@ -183,8 +184,8 @@ TEST(LightViews, AMomentOfAShutterIsTheSceneAtThatTime) {
   EXPECT_TRUE(shadow_times(*moment, {.times = 2}).empty());
 }
 
-// Patches that meet have the same vertices on their edge, those that the camera sees have its grids, and others have no more
-// cells than they need.
+// Patches that meet have the same vertices on their edge, patches that the camera sees have its grids, and other
+// patches have no more cells than they need.
 TEST(LightViews, GridsOfTheCameraFitTogetherAndCostNothingOutsideOfTheImage) {
   test::Random random(11);
   int kept = 0, changed = 0, finer = 0;

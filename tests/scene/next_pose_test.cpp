@@ -1,4 +1,4 @@
-// Frames that follow others: poses are kept where nothing differs, and are those that a fresh start would make.
+// Frames that follow others: poses are kept where nothing differs, and equal the poses of a fresh start.
 #include "scene/frame_geometry.h"
 #include "scene/view.h"
 #include "tests/support/tests.h"
@@ -62,7 +62,7 @@ TEST(NextPose, FG1AStillFrameIsTheOneBefore) {
 }
 
 // An animation that came to its end leaves the scene at rest.
-TEST(NextPose, FG1WhatMovesIsPosedAnewUntilItRests) {
+TEST(NextPose, FG1MovingNodesArePosedAnewUntilTheyRest) {
   Stage stage;
   test::add_motion(stage.capture, stage.mesh, {1, 0, 0});
   const Assembly assembly = assemble(stage.capture);
@@ -101,7 +101,7 @@ TEST(NextPose, FG1AnythingThatIsAnimatedMakesANewPose) {
   }
 }
 
-// Both ends of a way there and back look alike, and what lies between does not.
+// Both ends of a motion there and back look alike, and the times between do not.
 TEST(NextPose, FG1CurvedMotionIsNotTakenForRest) {
   Stage stage;
   stage.play({.node = 0,
@@ -116,8 +116,8 @@ TEST(NextPose, FG1CurvedMotionIsNotTakenForRest) {
   EXPECT_TRUE(rest->segments.empty());
 }
 
-// Patterns are kept for what rests under a camera that does, and for nothing else.
-TEST(NextPose, FG1PatternsAreThoseOfAFreshStart) {
+// Patterns are kept for objects at rest under a camera at rest, and for nothing else.
+TEST(NextPose, FG1PatternsEqualAFreshStarts) {
   test::Random random(7);
   for (int trial = 0; trial < 40; ++trial) {
     Stage stage;

@@ -47,7 +47,7 @@ TEST(View, IgnoresScaleAndMirroringOfTheCameraNode) {
     for (int r = 0; r < 4; ++r) EXPECT_NEAR(identity[c][r], c == r ? 1.0 : 0.0, 1e-12);
 }
 
-TEST(View, OfADegenerateNodeIsStillARotation) {
+TEST(View, IsARotationForADegenerateNode) {
   const View view = view_from_world(DMat4(0.0));
   EXPECT_NEAR(glm::determinant(DMat3(view.camera_to_world)), 1.0, 1e-12);
 }
@@ -113,7 +113,7 @@ TEST(ChooseCamera, AutomaticFramingHoldsForAllFrames) {
   const Covered all = covered(capture, choose_camera(capture, 640, 480), 640, 480, {0, 0.31, 0.5, 1});
   EXPECT_NEAR(all.top, 60, 0.01);
   EXPECT_NEAR(all.bottom, 420, 0.01);
-  // Of a file that declares its frames those alone count: the first tenth of the motion.
+  // Where a file declares its frames, automatic framing looks at these alone: the first tenth of the motion.
   capture.settings.declared = true;
   capture.settings.frame_rate = 10;
   capture.settings.frame_count = 2;
@@ -125,7 +125,7 @@ TEST(ChooseCamera, AutomaticFramingHoldsForAllFrames) {
   EXPECT_EQ(framed_times(capture), std::vector<double>{0});
 }
 
-// Whatever nobody sees, far away from a ball: each is a mistake that people make, or a way to hide something.
+// Objects far away from a ball that no camera sees: each is a mistake that people make, or a way to hide something.
 struct NotDrawn {
   const char* name;
   std::function<void(Capture&)> add;
@@ -197,7 +197,7 @@ const std::vector<NotDrawn>& unseen_things() {
   return all;
 }
 
-TEST(ChooseCamera, FramesAndFocusesOnNothingThatNobodySees) {
+TEST(ChooseCamera, IgnoresInvisibleObjectsInFramingAndFocus) {
   const auto ball = [] {
     Capture capture;
     test::add_node(capture, test::closed_patches(kNone), DVec3(0));  // around the little that is seen of the others

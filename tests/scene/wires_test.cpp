@@ -165,8 +165,7 @@ TEST(Wires, APointIsASquareOfOnePixel) {  // WI1
   }
 }
 
-// A segment from before the camera to behind it: what of it is before the camera is as wide as it would be if it ended
-// there.
+// A segment from before the camera to behind it: its part before the camera is as wide as if the segment ended there.
 TEST(Wires, BothEndsMoveTheSameWayAlsoBehindTheCamera) {  // WI2
   test::Random random(4);
   for (int trial = 0; trial < 100; ++trial) {
@@ -208,7 +207,7 @@ TEST(Wires, AreMovedApartAtEachMotionKey) {
   EXPECT_FALSE(pose(capture, 0.5, 0.5).frame->drawables[0].moving);
 }
 
-TEST(Wires, NormalsAndTangentsAreThoseOfTheWorld) {
+TEST(Wires, NormalsAndTangentsAreInTheWorld) {
   Capture capture;
   Primitive primitive = test::points({{0, 0, 0}});
   primitive.vertices.normals.assign(4, Vec3(1, 0, 0));

@@ -49,7 +49,7 @@ TEST(Bicubic, AgreesWithDeCasteljauInDoublePrecision) {
   }
 }
 
-TEST(Bicubic, DerivativesAreThoseOfTheSurface) {
+TEST(Bicubic, DerivativesFollowTheSurface) {
   Random random(2);
   for (int trial = 0; trial < 200; ++trial) {
     const auto c = widen_net(random_net(random));

@@ -1,4 +1,4 @@
-// Images of what lies all around against closed forms and integrals in double precision.
+// Environment images against closed forms and integrals in double precision.
 #include "shaders_cpp/environment_image.h"
 #include "base/half_float.h"
 #include "base/parallel.h"
@@ -59,7 +59,7 @@ TEST(EnvironmentImage, ENV1AConstantImageIsThatConstantEverywhere) {
 }
 
 // Where three.js' equirectUv() puts a direction, in an image whose first row is the top one.
-TEST(EnvironmentImage, DirectionsAreThoseOfThreeJs) {
+TEST(EnvironmentImage, DirectionsFollowThreeJs) {
   constexpr int kHeight = 64;
   for (const DVec3& direction : {DVec3(1, 0, 0), DVec3(0, 0, 1), DVec3(-1, 0, 0.001), DVec3(0, 0, -1), DVec3(0, 1, 0),
                                  DVec3(0, -1, 0), DVec3(0.48, 0.6, 0.64), DVec3(-0.48, -0.6, -0.64)}) {
@@ -84,7 +84,8 @@ TEST(EnvironmentImage, DirectionsAreThoseOfThreeJs) {
   }
 }
 
-// Counterclockwise seen from above: what was at +z is at +x after a quarter of the circle.
+// The rotation is counterclockwise seen from above: after a quarter of the circle, light from
+// +z comes from +x.
 TEST(EnvironmentImage, RotationTurnsItAboutTheVerticalAxis) {
   const Light light = [](const DVec3& d) { return DVec3(0.5 + 0.5 * d.x, 0.5 + 0.5 * d.y, 0.5 + 0.5 * d.z); };
   for (const double angle : {0.5 * kPiDouble, 0.3, -2.0, 40.0}) {
@@ -126,10 +127,10 @@ TEST(EnvironmentImage, DiffuseLightOfADistantLightIsWithinATenthOfTheLargest) {
     worst = std::max(worst, std::abs(found - expected) / largest);
   }
   EXPECT_LT(worst, 0.1);
-  EXPECT_GT(worst, 0.08) << "what the header states";
+  EXPECT_GT(worst, 0.08) << "the header states the bound";
 }
 
-TEST(EnvironmentImage, TheStudiosOwnImageGivesWhatTheStudioGives) {
+TEST(EnvironmentImage, TheStudiosOwnImageEqualsTheStudio) {
   const Environment studio;
   const auto image = image_of(512, [&](const DVec3& d) { return DVec3(studio.specular(Vec3(d), 0.0f)); });
   const Environment found = seen_in(*image);
@@ -212,7 +213,7 @@ TEST(EnvironmentImage, LevelsAreTheIntegralsOfTheirLobes) {
   }
 }
 
-// Half of what the mixture of two neighbouring lobes and the true one between them differ by.
+// Half the difference between the mixture of two neighbouring lobes and the true lobe between them.
 TEST(EnvironmentImage, LobesBetweenLevelsDifferFromTheirMixtureAsStated) {
   constexpr int kAngles = 4000;
   std::vector<double> angles, solid_angles;
@@ -277,7 +278,7 @@ TEST(EnvironmentImage, ENV2NeighbouringDirectionsSeeNeighbouringLight) {
   }
 }
 
-TEST(EnvironmentImage, ENV2BordersHoldWhatLiesBehindTheEdges) {
+TEST(EnvironmentImage, ENV2BordersHoldTheTexelsBeyondTheEdges) {
   const auto image = test::noisy_environment(130, 4);
   const RadianceImage& levels = image->levels();
   ASSERT_EQ(levels.level_count(), kMapLevels);
@@ -310,7 +311,7 @@ TEST(EnvironmentImage, ENV3IsTheSameForAnyNumberOfThreads) {
         ASSERT_EQ(whole->levels().texel(level, x, y), alone->levels().texel(level, x, y)) << level;
 }
 
-TEST(EnvironmentImage, WhatIsNoRadianceIsCutOff) {
+TEST(EnvironmentImage, ValuesOutOfRangeAreClamped) {
   const float nan = std::numeric_limits<float>::quiet_NaN(), infinity = std::numeric_limits<float>::infinity();
   for (const auto& [value, counted] : {std::pair{nan, 0.0f},
                                        {-infinity, 0.0f},

@@ -100,7 +100,7 @@ TEST(LayeredMaterial, LayersKeepNearlyAllLight) {
   for_each_view([](float r, float c) {
     bool metal = false;
     const auto expect_kept = [&](const scene::EffectFlags& flags, const LayeredPoint<float>& m, const char* what) {
-      // What is tinted enters as its brightest channel does.
+      // A tint enters as its brightest channel does.
       const float kept = largest(in_furnace(flags, m, c));
       EXPECT_GE(kept, 0.9f) << what << (metal ? " metal" : "") << ' ' << r << ' ' << c;
       EXPECT_LE(kept, 1.02f) << what << ' ' << r << ' ' << c;
@@ -124,7 +124,7 @@ TEST(LayeredMaterial, LayersKeepNearlyAllLight) {
   });
 }
 
-// The broken twin: a coat that leaves what is below undimmed returns more than arrives.
+// The broken twin: a coat that does not dim the layers below returns more light than arrives.
 TEST(LayeredMaterial, TheFurnaceSeesACoatThatTakesNothing) {
   LayeredPoint<float> m = white_point(0.3f);
   m.coat = 1;
@@ -342,7 +342,7 @@ TEST(LayeredMaterial, TheSheensAlbedoIsItsIntegral) {
   EXPECT_LT(worst, 0.02);
 }
 
-// Light from a direction: what a surface returns of it over all views is no more than arrives.
+// A surface returns, over all views, no more light of one direction than arrives from it.
 TEST(LayeredMaterial, LightsAreReturnedOnce) {
   LayeredPoint<float> m = white_point(0.6f);
   m.coat = 1, m.coat_roughness = 0.5f, m.sheen = grey(0.5f), m.sheen_roughness = 0.6f;
@@ -365,7 +365,7 @@ TEST(LayeredMaterial, LightsAreReturnedOnce) {
   }
 }
 
-TEST(LayeredMaterial, LightFromBehindReachesWhatSpreadsIt) {
+TEST(LayeredMaterial, LightFromBehindReachesDiffuseTransmission) {
   LayeredPoint<float> m = white_point(0.6f);
   m.spread = 1, m.spread_color = {0.5f, 0.25f, 0.125f};
   const Vector light{0, 0, -1};

@@ -12,7 +12,7 @@ using Vector = Vector3<double>;
 constexpr double kPiDouble = 3.14159265358979323846;
 constexpr Vector kNormal{0, 0, 1};
 
-// What arrives at a point of a surface that faces +z.
+// Light that arrives at a point of a surface that faces +z.
 Incident<double> arriving(const Light& light, const Vector& point = {0, 0, 0}) {
   return incident<double>(light.type, light.range > 0, light_state<double>(light), point);
 }

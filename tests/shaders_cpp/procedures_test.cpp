@@ -37,7 +37,7 @@ TEST(Powers, SeriesAgreesWithTheLibrary) {
   }
 }
 
-TEST(Shapes, TangentsAreThoseOfTheSurface) {
+TEST(Shapes, TangentsFollowTheSurface) {
   Random random(1);
   for (int trial = 0; trial < 5000; ++trial) {
     const auto id = static_cast<ShapeId>(trial % test::kShapeCount);
@@ -171,7 +171,7 @@ TEST(Normals, APoleHasNoneOfItsOwnAndBorrowsItsNeighbours) {
   EXPECT_GT(n.y, 0.99999f);
 }
 
-TEST(OperationCount, CountsWhatAPlaneCosts) {
+TEST(OperationCount, CountsTheOperationsOfAPlane) {
   ShapeInput in;
   // Per coordinate of the bilinear patch: 6 products, 3 sums; and 1 - u, 1 - v once.
   const OperationCount count = count_position(ShapeId::kBilinearPatch, in);

@@ -120,7 +120,7 @@ float value_of(const std::string& statements, float u = 0.25f, float v = 0.75f) 
   return ProgramShape::point(in, u, v).x;
 }
 
-TEST(Programs, ExpressionsMeanWhatTheySay) {
+TEST(Programs, ExpressionsEvaluateToKnownValues) {
   EXPECT_EQ(value_of("return vec3(1 + 2 * 3 - 4 / 2);"), 5.0f);
   EXPECT_EQ(value_of("return vec3(u < v ? 1 : 2);"), 1.0f);
   EXPECT_EQ(value_of("return vec3(u > v ? 1 : 2);"), 2.0f);
@@ -152,7 +152,7 @@ TEST(Programs, RepetitionsEndWhereTheirUniformSays) {
   EXPECT_EQ(value_of(head + "repeat 8 as k while k < 3 { a = a + 1; } return vec3(a);"), 3.0f);
 }
 
-TEST(Programs, FunctionsSeeTheirArgumentsAndWhatStandsBefore) {
+TEST(Programs, FunctionsSeeTheirArgumentsAndEarlierDeclarations) {
   EXPECT_EQ(value_of("let a = 2; fn f(x) = x * a; fn g(x) { var y = f(x); y = y + 1; return y; } return vec3(g(v));"),
             2.5f);
   EXPECT_EQ(value_of("fn f(x) { var y = x; repeat 2 { y = y * 3; } return y; } uniform a = 2; return vec3(f(a));"),
@@ -160,7 +160,7 @@ TEST(Programs, FunctionsSeeTheirArgumentsAndWhatStandsBefore) {
   EXPECT_EQ(value_of("param n; fn f(x) { var y = x; y = y + 1; return y; } uniform a = f(n); return vec3(a);"), 3.0f);
 }
 
-TEST(Programs, WhatNothingReadsCostsNothing) {
+TEST(Programs, UnreadExpressionsCostNothing) {
   const CompiledText with = compile_programs("shape s { let a = sincos(u * 3); return vec3(u, v, 1); }");
   ASSERT_FALSE(with.fault);
   EXPECT_EQ(with.programs.shape->instructions.size(), 1u);  // the constant
@@ -197,8 +197,10 @@ TEST(Programs, FaultsHaveTheirLineAndColumn) {
       {"shape s {\n\tlet a = vec2(1, 2) + vec3(1);\n return vec3(0); }", "2:21: a vec2 and a vec3 do not go together"},
       {"shape s { let a: vec3 = u; return a; }", "1:25: 'a' is a vec3, the value is a number"},
       {"shape s { let a = 1; a = 2; return vec3(a); }", "1:22: 'a' is not a 'var' or 'uniform'"},
-      {"shape s { uniform a = u; return vec3(a); }", "1:23: a uniform cannot hang on what differs between samples"},
-      {"shape s { uniform a = u + 1; return vec3(a); }", "1:25: a uniform cannot hang on what differs between samples"},
+      {"shape s { uniform a = u; return vec3(a); }",
+       "1:23: a uniform cannot depend on numbers that differ between samples"},
+      {"shape s { uniform a = u + 1; return vec3(a); }",
+       "1:25: a uniform cannot depend on numbers that differ between samples"},
       {"shape s { return vec3(noise(u, v, 1)); }", "1:23: only a texture may use noise in space"},
       {"shape s { return vec3(exp2(u)); }", "1:23: only a texture may use 'exp2'"},
       {"texture t { return vec3(image(u, v)); }", "1:25: only a shape may use 'image'"},
@@ -217,7 +219,8 @@ TEST(Programs, FaultsHaveTheirLineAndColumn) {
       {"shape s { patches 3, 1; }", "1:19: patches are a power of two"},
       {"shape s { repeat 33 { } }", "1:18: expected a whole number from 1 to 32"},
       {"shape s { repeat 2 { return u; } }", "1:22: a repetition cannot return"},
-      {"shape s { repeat 2 as k while u < k { } }", "1:31: repetitions cannot hang on what differs between samples"},
+      {"shape s { repeat 2 as k while u < k { } }",
+       "1:31: repetitions cannot depend on numbers that differ between samples"},
       {"shape s { return vec3(1); let a = 1; }", "1:27: nothing may follow 'return'"},
       {"shape s { return vec3(1).w; }", "1:26: a vec3 has no component 'w'"},
       {"shape s { return vec3(1e99); }", "1:23: the number is beyond single precision"},

@@ -1,4 +1,4 @@
-// Images of radiance: what they hold, how levels are made, how they are read.
+// Images of radiance: their texels, levels and lookups.
 #include "shaders_cpp/radiance_image.h"
 #include "base/half_float.h"
 #include "tests/support/tests.h"
@@ -22,7 +22,7 @@ Vec3 seen(const RadianceImage& image, float u, float v, float lod) {
   return {a.x, a.y, a.z};
 }
 
-TEST(RadianceImage, HoldsWhatHalfPrecisionCan) {
+TEST(RadianceImage, RoundsToHalfPrecision) {
   RadianceImage image(RadianceImage::mip_chain({2, 1}));
   const float infinite = std::numeric_limits<float>::infinity(), none = std::numeric_limits<float>::quiet_NaN();
   image.set(0, 0, 0, {-1.0f, infinite, none});
@@ -55,7 +55,7 @@ TEST(RadianceImage, RI1LevelsHaveTheMeanOfTheLevelAbove) {
       for (int level = 1; level < image.level_count(); ++level)
         EXPECT_NEAR(mean(level), all, 0.002 * level * all) << size.width << "x" << size.height << " level " << level;
     }
-    // No texel is beyond those that it covers, and the ones beside them.
+    // No texel is beyond the range of the texels that it covers and their neighbours.
     for (int level = 1; level < image.level_count(); ++level)
       for (int y = 0; y < image.height(level); ++y)
         for (int x = 0; x < image.width(level); ++x) {

@@ -119,7 +119,7 @@ TEST(Lights, AttenuateAsKhrLightsPunctualSays) {
 
 // ---- The environment behind rough surfaces ----------------------------------------------------------------------
 
-// The studio itself, in double precision: what studio.h says it consists of.
+// The studio itself, in double precision, from its parts in studio.h.
 DVec3 studio(const DVec3& direction) {
   const double ceiling = ceiling_share(direction.y, static_cast<double>(kHorizon));
   DVec3 sum = DVec3(kFloor) * (1 - ceiling) + DVec3(kCeiling) * ceiling;
@@ -185,7 +185,7 @@ TEST(Environment, IsItsIntegralOverTheLobeAtEveryRoughness) {
 }
 
 TEST(Environment, WhiteLosesNothingInAUniformOne) {
-  // A white furnace: what comes back is the shares' sum, whatever the roughness and the view.
+  // A white furnace: the returned light is the shares' sum, for any roughness and view.
   for (float roughness = 0; roughness <= 1; roughness += 0.05f)
     for (float n_v = 0.02f; n_v <= 1; n_v += 0.02f) {
       const EnvironmentReflectance<float> r = environment_reflectance(roughness, n_v);
@@ -211,9 +211,9 @@ TEST(Environment, ReflectanceIsTheIntegralOfTheBrdf) {
   EXPECT_LT(std::sqrt(squares / count), 0.012);
 }
 
-// Light of the studio that white microfacets return towards a viewer, by random walks between them: the Smith model of
-// a GGX surface, every reflection followed (Heitz et al. 2016; visible normals by Dupuy and Benyoub 2023). Nothing of
-// this is shared with the shader: it is what its shares approximate.
+// Light of the studio that white microfacets return towards a viewer, by random walks between them: the Smith model
+// of a GGX surface, every reflection followed (Heitz et al. 2016; visible normals by Dupuy and Benyoub 2023). The
+// shader's shares approximate this walk and share no code with it.
 class MicrofacetWalk {
  public:
   MicrofacetWalk(double roughness, std::uint32_t seed) : alpha_(roughness * roughness), random_(seed) {}

@@ -92,7 +92,7 @@ struct Difference {
   double mean = 0, worst = 0;
 };
 
-// `shown`: what is shaded in place of the surface.
+// `shown`: the effects that are shaded in place of the surface's.
 Difference difference(const Surface& surface, const scene::EffectFlags& shown) {
   Difference out;
   int views = 0;

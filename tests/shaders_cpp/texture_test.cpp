@@ -108,7 +108,7 @@ TEST(ScalarTexture, SixteenBitsAreKept) {
   EXPECT_FLOAT_EQ(texture.levels()[0].values[1], 1.0f);
 }
 
-TEST(ScalarTexture, TheGradientIsThatOfALinearRamp) {
+TEST(ScalarTexture, TheGradientOfALinearRampIsExact) {
   std::vector<float> values;
   for (int y = 0; y < 16; ++y)
     for (int x = 0; x < 16; ++x) values.push_back(0.02f * static_cast<float>(x) + 0.01f * static_cast<float>(y));

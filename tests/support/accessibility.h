@@ -7,12 +7,13 @@
 
 namespace tessera::test {
 
-// Why axe-core, the tool that looks for barriers, cannot be had here; "" once npm has installed it (axe.sh), which is
-// done once for a build. Throws std::runtime_error where installing fails for another reason than a missing registry.
+// Reason why axe-core, the tool that looks for barriers, is not available here; "" once npm has installed it
+// (axe.sh), once for a build. Throws std::runtime_error where installing fails for another reason than a missing
+// registry.
 std::string missing_accessibility_tool();
 
-// What of a page keeps it from levels A and AA of WCAG 2.2, in light and dark, a text each: scheme, rule, selector, why
-// or the colours. Contrasts that axe-core leaves open, those of drawings, are computed: accessibility.js.
+// Barriers that keep a page from levels A and AA of WCAG 2.2, in light and dark, a text each: scheme, rule, selector,
+// and the reason or the colours. accessibility.js computes contrasts of drawings, which axe-core leaves open.
 std::vector<std::string> accessibility_findings(LivePage& page);
 
 // Faults of a page's layout in its window, in light and dark, a text each: scheme, kind of fault, element, text.

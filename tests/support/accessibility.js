@@ -1,4 +1,5 @@
-// Of a page that has axe-core: what keeps it from levels A and AA of WCAG 2.2, one text each: rule, selector, and why or the colours.
+// Returns the barriers that keep a page with axe-core from levels A and AA of WCAG 2.2, one text each: rule,
+// selector, and the reason or the colours.
 (async () => {
   const tags = ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', 'wcag22aa'], found = [];
   const settled = () => new Promise((resolve) => setTimeout(resolve, 300));
@@ -19,7 +20,8 @@
     found.push(`color-contrast: ${selector(node)}: ${fgColor} on ${bgColor}, ${contrastRatio} of ${expectedContrastRatio}`);
   }
 
-  // axe takes a drawing for an image, and does not look below what lies behind a text: there the grounds are computed, and all must do.
+  // axe takes a drawing for an image, and does not look at several grounds behind a text: there the grounds are
+  // computed, and all must do.
   const { Color, flattenColors, getContrast } = axe.commons.color;
   const color = (text, alpha = 1) => {
     const out = new Color();
@@ -36,7 +38,7 @@
       return [...plain, ...(look.backgroundImage.match(/rgba?\([^)]*\)/g) || []).flatMap((stop) => plain.map((under) => flattenColors(color(stop), under)))];
     }, [color('rgb(255, 255, 255)')]);
   };
-  // Those in a drawing: a text's own halo, or what rectangles before it lie behind some of it.
+  // Backgrounds of a text in a drawing: its own halo, or the rectangles before it that lie behind some of it.
   const groundsInDrawing = (text, look) => {
     const drawing = text.ownerSVGElement, box = text.getBoundingClientRect(), { stroke: halo } = look;
     if (look.paintOrder !== 'normal' && halo !== 'none') return [color(halo)];

@@ -8,15 +8,14 @@ namespace tessera::test {
 
 // A page as Chromium without a window shows it.
 struct OpenedPage {
-  std::string dom;  // the document once its scripts are done, as markup
-  std::string
-      console;  // lines that the page or the browser wrote there: errors of scripts, things that could not be fetched
+  std::string dom;      // the document once its scripts are done, as markup
+  std::string console;  // lines of the page's or the browser's console: errors of scripts, failed requests
 };
 
-// Whether there is a Chromium to open pages with; tests skip without it.
+// Whether there is a Chromium that can open pages; tests skip without it.
 bool has_browser();
 
-// Opens a file. `fragment` follows the "#"; `dark` is what the page is told of the reader's wishes.
+// Opens a file. `fragment` follows the "#"; `dark` sets the page's preferred color scheme.
 OpenedPage open_page(const std::filesystem::path& file, const std::string& fragment = "", bool dark = false);
 
 // An image of the page's upper left, as PNG bytes.

@@ -21,7 +21,7 @@ using scene::made::add_camera, scene::made::add_material, scene::made::add_morph
 using scene::made::closed_patches, scene::made::flat_patch, scene::made::patches, scene::made::play,
     scene::made::triangles;
 
-// The part of a channel that moves a number of a material, by its pointer there.
+// A channel's part that moves a number of a material, by the pointer below the material.
 int material_number(std::string_view pointer);
 // Moves a node linearly from where it is by `way` during the first second.
 void add_motion(scene::Capture& capture, int node, const DVec3& way);

@@ -4,8 +4,8 @@
 
 namespace tessera::test {
 
-// A machine whose time is known by hand: tiles in phases over a memory that moves bytes at a rate, shaders of constant costs,
-// vertices in a unit of their own. A test sets what it needs finer.
+// A machine whose time is known by hand: tiles in phases over a memory that moves bytes at a rate, shaders of
+// constant costs, vertices in a unit of their own. A test refines the settings that it needs.
 template <class Machine = hardware::Machine>
 Machine coarse_machine(Machine gpu = {}) {
   gpu.queues.model = hardware::TimingModel::kPhases;

@@ -10,9 +10,9 @@ namespace tessera::test {
 // One choice for every factor: row[f] < levels[f].
 using Choices = std::vector<std::size_t>;
 
-// Rows among which every two factors take every pair of their levels: a few rows in place of the whole product. Made by
-// taking, again and again, the row of the product that shows most pairs not seen yet, the first of several; so it is
-// always the same. Meant for products of at most some thousands.
+// Rows among which every two factors take every pair of their levels: a few rows in place of the whole product. Each
+// new row is the row of the product that has most missing pairs, the first of several; so the result is always the
+// same. Meant for products of at most some thousands.
 //
 // Invariant (cited by the tests):
 //   CA1  missing_pairs(levels, covering_array(levels)) is empty.

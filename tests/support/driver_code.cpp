@@ -1,5 +1,6 @@
-// Prints what a Vulkan driver's compiler makes of a fragment shader: statistics and the code itself, as
-// VK_KHR_pipeline_executable_properties gives them. With RADV_FORCE_FAMILY=navi21 Mesa compiles for that GPU without one.
+// Prints the code that a Vulkan driver's compiler makes of a fragment shader, and its statistics, as
+// VK_KHR_pipeline_executable_properties gives them. With RADV_FORCE_FAMILY=navi21 Mesa compiles for that GPU without
+// one.
 //
 //   driver_code VERTEX.spv FRAGMENT.spv
 //
@@ -15,7 +16,7 @@
 
 #include <vulkan/vulkan.h>
 
-// The sanitizers' runtime asks for it: Mesa's driver keeps what it never frees.
+// Called by the sanitizers' runtime: Mesa's driver keeps memory that it never frees.
 extern "C" const char* __lsan_default_suppressions();
 extern "C" const char* __lsan_default_suppressions() { return "leak:libvulkan_radeon\n"; }
 

@@ -258,7 +258,7 @@ EmbreeScene::Passage EmbreeScene::passage(const EmbreeRay& r, const Claim& claim
   const double t = static_cast<double>(r.time), dx = static_cast<double>(r.direction_x),
                dy = static_cast<double>(r.direction_y);
   const double scale = frame_.projection.scale;
-  // Corners, and what they are relative to the ray: homogeneous, in pixels.
+  // Corners, and the corners relative to the ray: homogeneous, in pixels.
   std::array<DVec3, 3> at, relative;
   for (std::size_t c = 0; c < 3; ++c) {
     for (std::size_t a = 0; a < 3; ++a) {

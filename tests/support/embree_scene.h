@@ -13,11 +13,11 @@
 
 namespace tessera::test {
 
-// Tessera's triangles in Embree's hands.
+// Tessera's triangles as triangles of Embree.
 //
-// Space: camera space (x right, y down, depth), but with every projected vertex where its snapped raster position says
-// it is: (X z, Y z, z) over the focal length, (0,0) in the middle of the image. Orthographic: (X, Y, z) over the
-// pixels per unit. In it
+// Space: camera space (x right, y down, depth), but with every projected vertex at its snapped raster position: (X z,
+// Y z, z) over the focal length, (0,0) in the middle of the image. Orthographic: (X, Y, z) over the pixels per unit.
+// In it
 //   EMB1  Tessera's moving triangle *is* Embree's: X(t) = X0 + lambda(t) (X1 - X0) with lambda = t z1 / z(t) means X(t)
 //         z(t) = (1-t) X0 z0 + t X1 z1, which is linear in t. Two time steps say it all; no snap is left to tolerate.
 //   EMB2  a sample (x, y, t, u, v) is one ray of unit depth per unit of its parameter, from the lens point (u, v, 0).
@@ -41,10 +41,10 @@ struct EmbreeOptions {
   Geometry geometry = Geometry::kTriangles;
   bool robust = true;       // Embree's watertight intersectors
   bool obey_facing = true;  // single-sided materials are seen from their front only (costs a callback per hit)
-  // Hits where a mask cuts a surface out do not count (a callback and a bilinear lookup of the finest level per hit of such a
-  // material, whose patches are triangles also with kGrids). Colours of vertices have no part.
+  // Hits where a mask cuts a surface out do not count (a callback and a bilinear lookup of the finest level per hit
+  // of such a material, whose patches are triangles also with kGrids). Colours of vertices are ignored.
   bool masks = false;
-  // For broken twins: a triangle that Embree does not get.
+  // For broken twins: the number of a triangle that Embree does not get.
   std::uint32_t missing_patch = 0xFFFFFFFFu, missing_triangle = 0xFFFFFFFFu;
 };
 
@@ -54,7 +54,7 @@ struct EmbreeRay {
   float time;
 };
 
-// What a sample sees according to one of the two.
+// Surface that a sample sees according to Tessera or Embree.
 struct Claim {
   static constexpr std::uint32_t kNothing = 0xFFFFFFFFu;
   std::uint32_t patch = kNothing, triangle = kNothing;
@@ -62,9 +62,9 @@ struct Claim {
   bool operator==(const Claim& o) const { return patch == o.patch && triangle == o.triangle; }
 };
 
-// Ties: two claims may differ where the sample lies within `edge_pixels` of an edge of a claimed triangle, or where the
-// two surfaces, or a surface and the near or far plane, have the same depth: up to `relative_depth`, plus what the
-// surface's slope changes over `edge_pixels`.
+// Ties: two claims may differ where the sample lies within `edge_pixels` of an edge of a claimed triangle, or where
+// the two surfaces, or a surface and the near or far plane, have the same depth: up to `relative_depth`, plus the
+// change of the surface's depth over `edge_pixels`.
 struct Tolerance {
   double edge_pixels = 0x1p-14;
   double relative_depth = 2e-6;
@@ -101,7 +101,7 @@ class EmbreeScene {
   float far() const { return far_; }
 
   Claim trace(const EmbreeRay& ray) const;
-  // What a hit of Embree's says in Tessera's numbers.
+  // Claim in Tessera's numbers for a hit of Embree's.
   Claim claim(std::uint32_t geometry, std::uint32_t primitive, float u, float v, float z) const;
 
   // Judges one sample; index_triangles() comes first.

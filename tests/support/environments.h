@@ -12,7 +12,7 @@
 
 namespace tessera::test {
 
-// Of a pixel's middle: +x in the middle of the image, +y at its top, +z a quarter of it further right.
+// Direction of a pixel's middle: +x in the middle of the image, +y at its top, +z a quarter of it further right.
 inline DVec3 sky_direction(int x, int y, int height) {
   const double angle = ((x + 0.5) / (2 * height) - 0.5) * 2 * std::numbers::pi,
                down = (y + 0.5) / height * std::numbers::pi;

@@ -21,8 +21,8 @@ class FloatingPointTraps {
   FloatingPointTraps(const FloatingPointTraps&) = delete;
   FloatingPointTraps& operator=(const FloatingPointTraps&) = delete;
 
-  // Clang moves floating-point operations in front of the branches that guard them unless it is told not to; a build
-  // with it keeps results, not flags.
+  // Clang moves floating-point operations in front of the branches that guard them unless an option forbids it; a
+  // build by Clang keeps results, not flags.
 #ifdef __clang__
   static constexpr bool kTheCompilerKeepsFlags = false;
 #else

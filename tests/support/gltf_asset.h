@@ -12,7 +12,7 @@
 namespace tessera::test {
 
 // A glTF asset under construction: the document and the one buffer behind it. Nothing is checked, so that tests can
-// build what glTF forbids.
+// build invalid glTF.
 class GltfAsset {
  public:
   GltfAsset() : document({{"asset", {{"version", "2.0"}}}}) {}
@@ -38,7 +38,7 @@ class GltfAsset {
   void poke(int accessor, std::size_t scalar, T value) {
     std::memcpy(&binary[first_byte(accessor) + scalar * sizeof value], &value, sizeof value);
   }
-  // Where the accessor's data begin in the buffer.
+  // First byte of the accessor's data in the buffer.
   std::size_t first_byte(int accessor) const;
   std::size_t first_byte_of_view(int view) const;
 
@@ -86,7 +86,7 @@ enum EverythingAccessor : int {
   kCageIndices,
 };
 
-// One asset that uses everything that the loader reads, and is valid. Nodes: 0 root, 1 skinned and morphed quad,
+// A valid asset that uses everything that the loader reads. Nodes: 0 root, 1 skinned and morphed quad,
 // 2 and 3 joints, 4 perspective camera, 5 Bezier patch with a displacement map, 6 orthographic camera, 7 a matrix and a
 // light. Animation 0: channels 0 translation (linear) and 1 rotation (step) of node 2, 2 translation (cubic spline) of
 // node 3, 3 morph weights of node 1. kControlPoints has a sparse part of two elements.

@@ -4,7 +4,7 @@
 
 namespace tessera::test {
 
-// Measures what the program has on the heap, malloc included, in all threads. A program that uses it lists
+// Measures the program's bytes on the heap, malloc included, in all threads. A program that uses it lists
 // heap_meter.cpp among its own sources: that file replaces malloc.
 class HeapMeter {
  public:

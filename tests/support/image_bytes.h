@@ -6,7 +6,7 @@
 
 namespace tessera::test {
 
-// Everything that an image consists of, as bytes: two images are the same bit by bit where these are equal.
+// All channels of an image as bytes: two images are the same bit by bit where these are equal.
 inline std::string image_bytes(const tilecore::FrameTargets& t) {
   std::string bytes;
   const auto add = [&](const auto& values) {

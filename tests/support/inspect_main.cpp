@@ -1,5 +1,5 @@
-// What `tessera inspect` says of captures that it refuses, without the program: a sanitized build of decoders runs the
-// reader's tests with it.
+// Prints the refusals of `tessera inspect` without the program: a sanitized build of decoders runs the reader's tests
+// with it.
 #include <cstdio>
 #include <string_view>
 

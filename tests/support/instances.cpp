@@ -18,7 +18,7 @@ InstanceTransform random_instance(Random& random, float half) {
 Capture with_node_per_instance(const Capture& capture) {
   Capture out = capture;
   out.nodes.clear();
-  std::vector<int> number;  // of each node among those of `out`
+  std::vector<int> number;  // number of each node in `out`
   int next = 0;
   for (const Node& node : capture.nodes) {
     number.push_back(next);
@@ -138,7 +138,7 @@ Capture random_instanced_scene(Random& random, int instances, float half) {
                                                 .components = 4,
                                                 .times = {0, 1},
                                                 .values = {0, 0, 0, 1, 0.2f, random.uniform(-0.3f, 0.3f), 0, 0.9f}});
-    // A node without instances between those that have some.
+    // A node without instances between nodes with instances.
     add_node(capture, random_triangles(random, 4, materials[0]), DVec3(random.in_box(0.5f)));
   }
   Camera camera;

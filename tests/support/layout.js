@@ -23,8 +23,8 @@
   const words = (text) => `"${text.trim().replace(/\s+/g, ' ').slice(0, 60)}"`;
   const styles = new Map(), styleOf = (element) => { if (!styles.has(element)) styles.set(element, getComputedStyle(element)); return styles.get(element); };
   const hides = (value) => value === 'hidden' || value === 'clip', scrolls = (value) => value === 'auto' || value === 'scroll';
-  // What of a box is left by the boxes around it that hide or scroll the rest: {box, cut} or null. `cut` says that a part is hidden
-  // where no scrolling brings it back.
+  // Part of a box that the boxes around it, which hide or scroll the rest, leave visible: {box, cut} or null. `cut`
+  // says that a part is hidden where no scrolling brings it back.
   const visiblePart = (element, box) => {
     let { left, top, right, bottom } = box, cut = false, scrolled = false;
     for (let at = element; at && at !== document.documentElement; at = at.parentElement) {
@@ -91,7 +91,7 @@
       told.add(text);
     }
 
-  // ---- Boxes that hide or scroll what is too wide for them, and the page itself.
+  // ---- Boxes that hide or scroll content that is too wide for them, and the page itself.
   for (const element of document.querySelectorAll('body *')) {
     if (element.ownerSVGElement || element.scrollWidth <= element.clientWidth + 1 || element.clientWidth === 0 || !element.checkVisibility() || ['INPUT', 'SELECT', 'OPTION'].includes(element.nodeName)) continue;
     const look = styleOf(element);

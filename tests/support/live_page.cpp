@@ -100,14 +100,14 @@ bool LivePage::wait_for(const std::string& expression, double seconds) {
 }
 
 void LivePage::press(const std::string& key) {
-  static const std::map<std::string, int> kCodes = {{"Enter", 13},   {"Escape", 27},     {"ArrowLeft", 37},
-                                                    {"ArrowUp", 38}, {"ArrowRight", 39}, {"ArrowDown", 40},
-                                                    {"Tab", 9}};
+  static const std::map<std::string, int> kCodes = {
+      {"Enter", 13}, {"Escape", 27}, {"ArrowLeft", 37}, {"ArrowUp", 38}, {"ArrowRight", 39}, {"ArrowDown", 40},
+      {"Tab", 9},    {" ", 32},      {"Delete", 46},    {"Home", 36},    {"End", 35}};
   for (const char* type : {"rawKeyDown", "char", "keyUp"}) {
     json event = {{"type", type}, {"key", key}, {"code", key}, {"windowsVirtualKeyCode", kCodes.at(key)}};
     if (type == std::string("char")) {
-      if (key != "Enter") continue;
-      event["text"] = "\r";
+      if (key != "Enter" && key != " ") continue;
+      event["text"] = key == " " ? " " : "\r";
     }
     call("Input.dispatchKeyEvent", event);
   }

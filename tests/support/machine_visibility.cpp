@@ -39,7 +39,7 @@ MachineVisibility::Result MachineVisibility::run(const scene::FrameGeometry& fra
   for (bool done = false, first = true; !done; first = false) {
     done = binner.run(frame, front_end.sub_patches, cursor);
     charge(result.stages.bin_seconds);
-    // A full parameter buffer: what the tiles have seen so far must survive.
+    // A full parameter buffer: the tiles' samples so far must survive.
     const bool keep = keep_tiles || !done || !first;
     if (keep) result.tiles.resize(tile_count);
     parallel_for(tile_count, [&](std::size_t t) {

@@ -9,9 +9,9 @@
 
 namespace tessera::test {
 
-// The machine without its shading: posed frame -> front end -> binner -> tile cores, until every sample knows what it
-// sees. For programs that compare visibility, or time it, alone. Keeps the tile cores' scratch memory between runs, as
-// the replay does; all counters and ledgers are on.
+// The machine without its shading: posed frame -> front end -> binner -> tile cores, until every sample knows its
+// surface. For programs that compare visibility, or time it, alone. Keeps the tile cores' scratch memory between
+// runs, as the replay does; all counters and ledgers are on.
 class MachineVisibility {
  public:
   MachineVisibility(const gpu::GpuConfiguration& gpu, const tilecore::SamplePattern& pattern,
@@ -29,7 +29,7 @@ class MachineVisibility {
     tilecore::TessellationCounters tessellation;
     Stages stages;
   };
-  // `force_motion`: the ray path, though nothing moves. `kernels`: see TileJob.
+  // `force_motion` uses the ray path although nothing moves; `kernels`: see TileJob.
   Result run(const scene::FrameGeometry& frame, const frontend::PyramidLibrary& pyramids, bool keep_tiles,
              bool force_motion = false, const tilecore::VisibilityKernels* kernels = nullptr);
 

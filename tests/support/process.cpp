@@ -32,7 +32,7 @@ struct Pipe {
   std::vector<char*> arguments;
   for (const std::string& a : argv) arguments.push_back(const_cast<char*>(a.c_str()));
   arguments.push_back(nullptr);
-  // A test program that runs itself runs what it says, not a part of that.
+  // A test program that runs itself runs the tests of its arguments, not a shard of them.
   unsetenv("GTEST_TOTAL_SHARDS");
   unsetenv("GTEST_SHARD_INDEX");
   execv(arguments[0], arguments.data());

@@ -9,7 +9,7 @@ namespace tessera::test {
 
 // Scenes whose shadows have closed forms: things over a white floor, seen from straight above.
 
-inline constexpr double kFloorHalf = 4;  // half of what the camera sees, scene units
+inline constexpr double kFloorHalf = 4;  // half the side of the camera's view, scene units
 
 inline scene::Material matt_white() {
   scene::Material m;

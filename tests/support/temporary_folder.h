@@ -4,7 +4,7 @@
 
 namespace tessera::test {
 
-// A fresh folder that is removed with everything in it when the object goes.
+// A fresh folder; the destructor removes it with everything in it.
 class TemporaryFolder {
  public:
   TemporaryFolder();

@@ -30,7 +30,7 @@ int main(int count, char** arguments) {
 #ifndef TESSERA_SANITIZED  // the sanitizers' reports show the stack
   struct sigaction action = {};
   action.sa_handler = name_test;
-  action.sa_flags = static_cast<int>(SA_RESETHAND);  // what follows is what would have been
+  action.sa_flags = static_cast<int>(SA_RESETHAND);  // the signal's default action follows
   for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT}) sigaction(signal, &action, nullptr);
 #endif
   return RUN_ALL_TESTS();

@@ -1,6 +1,6 @@
 #pragma once
 
-// Headers that all tests use; they are read once for all programs.
+// Headers that all tests use, precompiled once for all programs.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

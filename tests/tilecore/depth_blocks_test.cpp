@@ -10,7 +10,7 @@ struct Shape {
   int width, height, spp;
 };
 
-TEST(DepthBlocks, HZ1FarthestIsThatOfAllSamples) {
+TEST(DepthBlocks, HZ1FarthestCoversAllSamples) {
   test::Random random(7);
   for (const auto& [width, height, spp] : {Shape{32, 32, 4}, {1, 1, 1}, {13, 5, 3}, {256, 17, 64}, {9, 8, 7}}) {
     const auto samples = static_cast<std::size_t>(width * height * spp);
@@ -34,8 +34,8 @@ TEST(DepthBlocks, HZ1FarthestIsThatOfAllSamples) {
   }
 }
 
-// Of the samples in the blocks that some pixels are in.
-TEST(DepthBlocks, HZ1FarthestOfSomePixelsIsThatOfTheirBlocks) {
+// farthest() of some pixels is the farthest depth of the samples in the blocks that hold these pixels.
+TEST(DepthBlocks, HZ1FarthestOfSomePixelsCoversTheirBlocks) {
   constexpr int kWidth = 37, kHeight = 21, kSpp = 2;
   constexpr std::size_t kSamples = kWidth * kHeight * kSpp;
   test::Random random(11);

@@ -114,8 +114,8 @@ TEST(Traps, TheInsideTestRaisesNothingForDegenerateTriangles) {
   EXPECT_GT(hits, 1000);
 }
 
-// The failing twins: what makes no such promise raises, and the trap sees it. The normal of a patch that is a point is
-// 0/0, found out afterwards, in every lane alike.
+// The failing twins: units without such a promise raise the flag, and the trap sees it. The normal of a patch that is
+// a point is 0/0, found out afterwards, in every lane alike.
 TEST(TrapsDeathTest, ADivisionByZeroAndAnInvalidOperationAreCaught) {
   SKIP_UNLESS_FLAGS_ARE_KEPT;
   volatile double zero = 0;

@@ -28,7 +28,7 @@ struct PixelScene : TestFrame {
     return test::add_node(*capture, quad);
   }
 
-  // Call when everything is there.
+  // Poses the scene; called once all quads are added.
   void look(int tile_width = 0, int tile_height = 0) {
     scene::Camera camera;
     camera.type = scene::Camera::Type::kOrthographic;

@@ -30,7 +30,7 @@ TEST(TileOrder, OT1EveryTileComesOnceByRisingPlace) {
     }
 }
 
-TEST(TileOrder, OT2TheNextTileOfARectangleIsWhatASearchFinds) {
+TEST(TileOrder, OT2TheNextTileOfARectangleEqualsASearch) {
   test::Random random(7);
   for (const auto& [columns, rows] : {std::pair{7, 5}, {13, 21}, {1, 9}})
     for (const TileSequence sequence : kSequences) {
@@ -48,7 +48,7 @@ TEST(TileOrder, OT2TheNextTileOfARectangleIsWhatASearchFinds) {
     }
 }
 
-TEST(TileOrder, TwinTheNextTileOfAnotherOrderIsNotWhatASearchFinds) {
+TEST(TileOrder, TwinTheNextTileOfAnotherOrderDiffersFromASearch) {
   const binner::TileGrid grid = grid_of(8, 8);
   const TileOrder rows(TileSequence::kRows, grid), morton(TileSequence::kMorton, grid);
   bool differs = false;

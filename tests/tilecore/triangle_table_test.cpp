@@ -1,4 +1,4 @@
-// Tables by which the samples of a tile name triangles, and what samples take of the tile memory.
+// Tables by which the samples of a tile name triangles, and the samples' share of the tile memory.
 #include "tilecore/triangle_table.h"
 #include "tests/support/tests.h"
 #include "tests/tilecore/pixel_scene.h"
@@ -26,7 +26,7 @@ std::uint64_t written(TriangleTable& table, std::initializer_list<std::uint32_t>
   return table.end_sub_patch(two_leaves(), moves);
 }
 
-TEST(TriangleTable, HasARecordForWhatIsSeen) {  // TT1
+TEST(TriangleTable, HasARecordForEachSeenTriangle) {  // TT1
   TriangleTable table;
   EXPECT_EQ(written(table, {}, true), 0u);
   EXPECT_EQ(written(table, {0, 6, 0}, false), kRecord);
@@ -65,8 +65,8 @@ TileState tile(double way, bool bezier = true, scene::AlphaMode mode = scene::Al
   return state;
 }
 
-TEST(TriangleTable, ATileKnowsWhatItSees) {  // TT1
-  EXPECT_EQ(tile(0).triangles.bytes(), kRecord) << "what is behind is not seen";
+TEST(TriangleTable, ATileKnowsItsVisibleTriangles) {  // TT1
+  EXPECT_EQ(tile(0).triangles.bytes(), kRecord) << "the surface behind is not seen";
   EXPECT_EQ(tile(0, true, scene::AlphaMode::kBlend).triangles.bytes(), 2 * kRecord) << "layers name triangles, too";
   EXPECT_EQ(tile(4, false).triangles.bytes(), kRecord + 4 * kCorner) << "two triangles";
   EXPECT_GT(tile(4).triangles.bytes(), kRecord + 4 * kCorner) << "cells of a grid";

@@ -74,8 +74,8 @@ TEST(Attribution, SplitsUnitsByWhoKeptThemBusy) {
   EXPECT_TRUE(adds_up(shares, work, timing, energy.total_nj()));
 }
 
-// Bytes of geometry go by list entries, those before shading by entries and lines, those of textures by lines, pixels by
-// invocations; what no tile asked for is nobody's.
+// Bytes of geometry go by list entries, bytes before shading by entries and lines, bytes of textures by lines, and
+// pixels by invocations; bytes that no tile asked for are not attributed.
 TEST(Attribution, SplitsBytesByWhoAskedForThem) {
   const Machine gpu = test::coarse_machine();
   FrameWork work = two_drawables();
@@ -152,7 +152,7 @@ RC_GTEST_PROP(Attribution, AddsUpToTheFrame, (std::uint32_t seed)) {  // AT1
   RC_ASSERT(static_cast<bool>(adds_up(attribute(gpu, work, timing, energy), work, timing, energy.total_nj())));
 }
 
-TEST(Attribution, TilesSayWhatBoundsThem) {
+TEST(Attribution, TilesNameTheirBound) {
   Machine gpu = test::coarse_machine();
   gpu.cores.count = 2;
   gpu.memory.latency_ns = 0;

@@ -1,4 +1,4 @@
-// What bounds a frame, of doublings whose gains are known.
+// The bound of a frame, found from doublings whose gains are known.
 #include <rapidcheck/gtest.h>
 #include <atomic>
 
@@ -49,7 +49,7 @@ TEST(Bound, IsTheDoublingThatGainsMost) {
   EXPECT_EQ(frame.find().cycles, 250);
 }
 
-TEST(Bound, IsTheMoreSpecificOfThoseThatGainAlike) {
+TEST(Bound, IsTheMostSpecificAmongEqualGains) {
   Frame frame;
   frame.add(Bound::kTileCores, 400, 500);
   frame.add(bound_of(Stage::kShader), 350, 400);
@@ -67,7 +67,7 @@ TEST(Bound, SimulatesNothingThatCannotMatter) {
   frame.add(bound_of(Stage::kTexture), 300, 400);
   for (const Stage stage : {Stage::kFetch, Stage::kBoxes, Stage::kDram}) frame.add(bound_of(stage), 10, 20);
   EXPECT_EQ(frame.find().bound, bound_of(Stage::kShader));
-  EXPECT_EQ(frame.simulated, 1) << "the first gains more than four fifths of what any other may";
+  EXPECT_EQ(frame.simulated, 1) << "the first gains more than four fifths of any other's possible gain";
   // One that may gain enough more, or is more specific and may gain nearly as much, is simulated, and no third.
   Frame other;
   other.add(bound_of(Stage::kShader), 300, 500);
@@ -77,7 +77,7 @@ TEST(Bound, SimulatesNothingThatCannotMatter) {
   EXPECT_EQ(other.simulated, 2);
 }
 
-RC_GTEST_PROP(Bound, IsThatOfSimulatingAll, ()) {
+RC_GTEST_PROP(Bound, EqualsTheBoundOfSimulatingAll, ()) {
   Frame frame;
   const int scale = *rc::gen::element(10, 100, 1000);
   const auto up_to = [&](int most) { return *rc::gen::inRange(0, most * scale / 1000 + 1) * (1000.0 / scale); };
@@ -92,14 +92,14 @@ RC_GTEST_PROP(Bound, IsThatOfSimulatingAll, ()) {
   RC_ASSERT(found.cycles == all.cycles);
 }
 
-TEST(Bound, WhatGainsNothingBoundsNothing) {
+TEST(Bound, AStageWithoutGainIsNoBound) {
   Frame frame;
   frame.add(bound_of(Stage::kBoxes), 0, 100);
   EXPECT_EQ(frame.find().bound, Bound::kImbalance);
   EXPECT_EQ(frame.find().cycles, 0);
 }
 
-TEST(Bound, WhatMayGainExactlyEnoughIsSimulated) {
+TEST(Bound, AStageThatMayGainExactlyEnoughIsSimulated) {
   Frame frame;
   frame.imbalance = 500;
   frame.add(bound_of(Stage::kBoxes), 400, 400);

@@ -54,7 +54,7 @@ TEST(EventModel, UnitsOfASubPatchArePipelined) {
 }
 
 // Three units, the last slow for the first item: those before it fill their queues and wait.
-TEST(EventModel, ASlowUnitHoldsUpThoseBeforeIt) {
+TEST(EventModel, ASlowUnitHoldsUpTheUnitsBeforeIt) {
   std::vector<SubPatchItem> items(6, item({{Event::kVertices, 1}, {Event::kBoxes, 1}, {Event::kBoxLanes, 1}}));
   items[0][Event::kBoxLanes] = 100;
   items[5][Event::kVertices] = 50;
@@ -102,7 +102,7 @@ TEST(EventModel, TheMemoryMovesOneByteAfterTheOther) {
   Machine gpu = endless();
   gpu.set_bytes_per_clk(2);
   gpu.set_latency_clk(50);
-  // The list, then its records, then four lines of 64 bytes, then what is written.
+  // The list, then its records, then four lines of 64 bytes, then the writes.
   EXPECT_DOUBLE_EQ(one.cycles(gpu), (64 + 50) + (32 + 50) + (4 * 32 + 50) + 320.0);
 }
 
@@ -125,7 +125,7 @@ TEST(EventModel, WarpsWithoutLookupsFillTheLanes) {  // EM3
 }
 
 // The banks of an idle memory: the time of one read, and of a stream of them at most the bus.
-TEST(EventModel, BanksAreThoseOfTheMemory) {
+TEST(EventModel, BanksFollowTheMemory) {
   Machine gpu = endless();
   gpu.memory.model = hardware::MemoryModel::kBanks;
   gpu.memory.type = hardware::MemoryType::kLpddr5_6400;
@@ -272,7 +272,7 @@ TEST(EventModel, StoresWaitWhereTooManyBytesDo) {
   Machine gpu = endless();
   gpu.rates[Event::kPixels] = 1;
   EXPECT_DOUBLE_EQ(one.cycles(gpu), 1024.0);
-  gpu.set_bytes_per_clk(4);      // 128 clocks for what is resolved in 64
+  gpu.set_bytes_per_clk(4);      // 128 clocks for a block that is resolved in 64
   gpu.queues.store_bytes = 512;  // a block waits while the next is resolved
   EXPECT_DOUBLE_EQ(one.cycles(gpu), 64 + 16 * 128.0);
   gpu.queues.store_bytes = 64;  // none does
@@ -303,7 +303,7 @@ TEST(EventModel, ThePathSaysWhereTheTimeWent) {  // EM4
   gpu.queues.l2_requests = 1;
   OneTile one = sub_patches({{.lines = 5}});
   EXPECT_DOUBLE_EQ(path_of(one, gpu)[Bound::kLatency], 5 * 110.0);
-  // List, records, lines, then what is written: the bytes are the memory's, the waits before them latency.
+  // List, records, lines, then the writes: the bytes are the memory's time, the waits before them latency.
   one = sub_patches({{.lines = 4}});
   one.items().list_bytes = 128;
   one.items().record_bytes = 64;
@@ -347,10 +347,10 @@ TEST(EventModel, APathWithAPartTooManyDoesNotAddUp) {  // EM4
   EXPECT_FALSE(path_adds_up(twice, out.schedule.cycles));
 }
 
-// EM5: what `tile` took, and where it went.
+// EM5: the cycles of `tile`, and their places.
 double cycles_of(const TileSchedule& tile) { return tile.phases.back().end - tile.phases.front().begin; }
 
-// Of two tiles in a core, the second one waits for the lanes, which the first one has.
+// With two tiles in a core, the second one waits for the lanes, which the first one has.
 TEST(EventModel, APathOfATileHasItsWaitsForTilesBeforeIt) {  // EM5
   Machine gpu = endless();
   gpu.shader.operations = 100;
@@ -370,8 +370,8 @@ TEST(EventModel, APathOfATileHasItsWaitsForTilesBeforeIt) {  // EM5
   EXPECT_FALSE(path_adds_up(PathTime(), cycles_of(second)));
 }
 
-// What bounds a frame is found among the doublings that its path leaves open.
-TEST(EventModel, NamesWhatBounds) {
+// The bound of a frame is found among the doublings that its path leaves open.
+TEST(EventModel, NamesTheBound) {
   const auto bound = [](const Machine& gpu, const OneTile& one) { return time_events(gpu, one.work).timing.bound_by; };
   Machine gpu = endless();
   gpu.shader.operations = 100;
@@ -548,7 +548,7 @@ TEST(EventModel, RegistersLimitWarpsOfVertices) {
   EXPECT_DOUBLE_EQ(out.cycles, 20 * 100 + 2 * 50.0);
 }
 
-// What the lanes take in time is what they are charged for.
+// The lanes' time equals their charge.
 TEST(EventModel, LanesAreBusyWithVerticesAndPixels) {
   Machine gpu = endless_with_lanes();
   gpu.shader.operations = 100;
@@ -560,7 +560,7 @@ TEST(EventModel, LanesAreBusyWithVerticesAndPixels) {
   EXPECT_EQ(time_events(gpu, pixels_then_vertices(10, 64).work).timing.bound_by, bound_of(Stage::kShader));
 }
 
-// Signatures of inputs are hashed beside what the binner appends, those of colours beside what is resolved.
+// Signatures of inputs are hashed beside the binner's appends, signatures of colours beside the resolve.
 TEST(EventModel, HashingTakesItsBytesOverItsRate) {  // EM3
   OneTile one;
   one.work.rounds[0].geometry.patches = 320;
@@ -749,7 +749,7 @@ RC_GTEST_PROP(EventModel, BytesAndTilesAreConserved, (std::uint32_t seed)) {  //
         if (!on_lanes) continue;
         domain.vertices += item[Event::kVertices], domain.warps += domain_warps(gpu, item);
         domain.texels += std::uint64_t{item[Event::kVertices]} * item.domain_texels;
-        // Without lookups nobody asks for heights.
+        // Without lookups no vertex asks for heights.
         lines -= item.height_lines;
         if (item[Event::kVertices] > 0 && item.domain_texels > 0) texel_lines += item.height_lines;
       }

@@ -10,7 +10,7 @@
 namespace tessera::timing::timing_test {
 namespace {
 
-// A machine in which everything is so fast that only what a test slows down takes time.
+// A machine in which everything is so fast that only the part that a test slows down takes time.
 hardware::Machine instant_machine(std::int64_t cores = 1) {
   hardware::Machine gpu = test::coarse_machine();
   gpu.cores.count = cores;
@@ -43,7 +43,7 @@ FrameWork tiles(std::size_t count, std::uint64_t tests, std::uint64_t runs, std:
 
 double cycles(const hardware::Machine& gpu, const FrameWork& work) { return schedule_frame(gpu, work).cycles; }
 
-TEST(Timing, OneSlowUnitTakesItsWorkOverItsThroughputAndIsWhatBoundsTheFrame) {
+TEST(Timing, OneSlowUnitTakesItsWorkOverItsThroughputAndBoundsTheFrame) {
   hardware::Machine gpu = instant_machine();
   gpu.rates[Event::kTriangleLanes] = 4;
   const FrameWork work = tiles(10, 1000, 0, 0);
@@ -261,7 +261,7 @@ FrameTiming timing_of(const hardware::Machine& gpu, const FrameWork& work) {
   return time_frame(gpu, work, schedule_frame(gpu, work));
 }
 
-TEST(Timing, NamesWhatIsNoSingleUnits) {
+TEST(Timing, NamesBoundsBeyondSingleUnits) {
   hardware::Machine gpu = instant_machine(2);
   gpu.rates[Event::kTriangleLanes] = gpu.rates[Event::kBoxLanes] = 1;
   gpu.shader.operations = 1;

@@ -26,7 +26,7 @@ TEST(WarpOrder, PixelsWaitForTheLightsOfTheirTile) {
                  kPixels = WarpItem::kPixels;
   for (const std::uint32_t reads : {0, 1, 2})
     EXPECT_DOUBLE_EQ(cycles(reads, {kVertices, kPlaces, kTests, kPixels}), 40 + 2 * kLight + 100 + 300) << reads;
-  // The twin: what comes first in the order waits for nothing that is packed before it.
+  // The twin: the first warp in the order waits for no warp that is packed before it.
   EXPECT_DOUBLE_EQ(cycles(0, {kTests, kPlaces, kPlaces, kVertices}), kLight + 300);
 }
 

@@ -112,8 +112,8 @@ TEST(WorkCode, HoldsEveryNumber) {
   expect_other_words(items.warps[0], "warp");
   expect_other_words(items.shading_lines, "shading lines");
   expect_other_words(plain.rounds[0].pass, "pass");
-  expect_other_words(plain.rounds[0].geometry_after, "what geometry waits for");
-  expect_other_words(plain.rounds[0].tiles_after, "what tiles wait for");
+  expect_other_words(plain.rounds[0].geometry_after, "waits of geometry");
+  expect_other_words(plain.rounds[0].tiles_after, "waits of tiles");
   EXPECT_EQ(encode(plain), bytes);
 }
 
@@ -136,7 +136,7 @@ TEST(WorkCode, RefusesItemsThatAskForOtherLinesThanThereAre) {  // WC2
   EXPECT_EQ(decode(encode(work)).rounds[0].items[0].lines, std::vector<std::uint32_t>{7});
 }
 
-RC_GTEST_PROP(WorkCode, RefusesWhatIsNone, (std::uint32_t seed)) {  // WC2
+RC_GTEST_PROP(WorkCode, RefusesMalformedBytes, (std::uint32_t seed)) {  // WC2
   test::Random random(seed);
   std::string bytes = encode(random_work(random));
   const auto at = static_cast<std::size_t>(random.integer(0, static_cast<int>(bytes.size()) - 1));
@@ -145,7 +145,7 @@ RC_GTEST_PROP(WorkCode, RefusesWhatIsNone, (std::uint32_t seed)) {  // WC2
   else
     bytes[at] = static_cast<char>(random.integer(0, 255));
   try {
-    // What can be read is the work of exactly these bytes.
+    // Work that can be read encodes to exactly these bytes.
     RC_ASSERT(encode(decode(bytes)) == bytes);
   } catch (const BadWork& bad) {
     RC_ASSERT(std::string(bad.reason) != "");

@@ -17,14 +17,14 @@ CellSteps CellSteps::for_reach(const CellReach& r, double most, double flat, boo
     clamped = true;
     return {kUnknown, kUnknown};
   }
-  // Where kMax is too few along one parameter, halves of the room for each.
+  // If kMax is too few along one parameter, each gets half of the reach.
   const auto half = [&](double reach) {
     return static_cast<std::uint16_t>(std::clamp(std::ceil(2 * reach / most), 1.0, static_cast<double>(kMax)));
   };
   CellSteps best{half(std::max(r.x_u, r.y_u)), half(std::max(r.x_v, r.y_v))};
   bool found = false;
   for (std::uint16_t u = 1; u <= kMax; ++u) {
-    // More steps along u than pairs with one step along v need do not help.
+    // More steps along u than the best pair's product do not help, even with one step along v.
     if (found && u >= best.count()) break;
     // The fewest along v: more are enough where fewer are.
     std::uint16_t low = 1, high = found ? static_cast<std::uint16_t>((best.count() - 1) / u) : kMax;

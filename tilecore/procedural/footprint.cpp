@@ -12,7 +12,7 @@ IntRect MovingFootprint::Box::pixels(const IntRect& within) const {
 }
 
 bool MovingFootprint::bounds(Box& box) const {
-  // Rounded towards the middle of the shutter, so that the ends lie behind the near plane.
+  // Rounded towards the middle of the shutter, so that the ends are not nearer than the near plane.
   float t0 = 0, t1 = 1;
   if (open_.z < near_) t0 = std::min((near_ - open_.z) / (close_.z - open_.z) * 1.0001f, 1.0f);
   if (close_.z < near_) t1 = std::max((open_.z - near_) / (open_.z - close_.z) * 0.9999f, 0.0f);
@@ -22,7 +22,7 @@ bool MovingFootprint::bounds(Box& box) const {
     Parallelogram p;
     Depth depth;
     if (!at(t, 0, 0, p, depth)) return false;
-    // Through the lens the middle moves by the circle of confusion, and half a step by what that changes along it.
+    // The lens moves the middle by the circle of confusion, and half a step by the change of the circle along it.
     const float slope = orthographic_ ? std::abs(inverse_focus_) : 1.0f / (depth.z * depth.z);
     const float coc = lens_scale_ > 0 ? lens_scale_ * std::abs(circle_of_confusion(depth.z)) : 0.0f;
     const float spread = lens_scale_ > 0 ? lens_scale_ * (std::abs(depth.z_u) + std::abs(depth.z_v)) * slope : 0.0f;

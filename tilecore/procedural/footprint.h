@@ -14,11 +14,11 @@ namespace tessera::tilecore {
 inline constexpr float kSlackShare = 1.0f / 256;
 
 // The footprint of a sample on screen: middle, half steps along both parameters, in pixels; det = a x b. `slack`:
-// pixels by which the footprint is wider to each side, for what the surface bends within half a step.
+// pixels by which the footprint is wider to each side, to allow for the curvature of the surface within half a step.
 struct Parallelogram {
   float x, y, ax, ay, bx, by, det, slack;
 
-  // Where a point lies in half steps, or nothing when it is outside.
+  // The position of a point in half steps; false if it is outside.
   bool holds(float px, float py, float& along_u, float& along_v) const {
     const float dx = px - x, dy = py - y;
     const float nu = dx * by - dy * bx, nv = ax * dy - ay * dx, size = std::abs(det) * (1.0f + kSlackShare);
@@ -26,7 +26,7 @@ struct Parallelogram {
     if (!(std::abs(nu) <= size + slack * (std::abs(bx) + std::abs(by))) ||
         !(std::abs(nv) <= size + slack * (std::abs(ax) + std::abs(ay))))
       return false;
-    // Edge-on there is no inside: what is near the middle counts.
+    // Edge-on there is no inside: points near the middle count.
     const bool flat = std::abs(det) < 1e-12f;
     along_u = flat ? 0.0f : std::clamp(nu / det, -1.0f, 1.0f);
     along_v = flat ? 0.0f : std::clamp(nv / det, -1.0f, 1.0f);
@@ -38,12 +38,12 @@ struct Parallelogram {
 // and each point of the lens. Linear in time before the division by depth.
 class MovingFootprint {
  public:
-  // Middle and half steps along both parameters at one key; raster space, homogeneous: in perspective z divides.
+  // Middle and half steps along both parameters at one key; homogeneous raster space: in perspective z is the divisor.
   struct Key {
     float x, y, z, xu, yu, zu, xv, yv, zv;
     bool finite() const { return std::isfinite(x + y + z + xu + yu + zu + xv + yv + zv); }
   };
-  // Depth of the middle, and what half a step along each parameter adds.
+  // Depth of the middle, and its change for half a step along each parameter.
   struct Depth {
     float z, z_u, z_v;
   };
@@ -68,10 +68,10 @@ class MovingFootprint {
         orthographic_(projection.orthographic) {}
 
   bool finite() const { return open_.finite() && close_.finite(); }
-  // In front of the near plane, or behind the far one, at both motion keys and so all the time.
+  // Whether it is nearer than the near plane, or farther than the far one, at both motion keys and so all the time.
   bool out_of_depth() const { return (open_.z < near_ && close_.z < near_) || (open_.z > far_ && close_.z > far_); }
 
-  // At time t of [0, 1], through a point of the lens; false where its middle is outside of the depth range.
+  // The footprint at time t of [0, 1], through a point of the lens; false if its middle is outside of the depth range.
   bool at(float t, float lens_u, float lens_v, Parallelogram& p, Depth& depth) const {
     const auto mix = [&](float a, float b) { return a * (1.0f - t) + b * t; };
     const float z = mix(open_.z, close_.z);
@@ -94,12 +94,12 @@ class MovingFootprint {
     return true;
   }
 
-  // Box over the visible part of the shutter and the whole lens: positions at the two ends of it hold all between.
-  // False where the near plane itself cuts the footprint; `box` is left alone.
+  // Box over the visible part of the shutter and the whole lens: its positions at the two ends hold all between.
+  // Returns false, and leaves `box` alone, if the near plane cuts the footprint.
   bool bounds(Box& box) const;
 
  private:
-  // In pixels for the lens point (1, 0); negative behind the plane in focus.
+  // Circle of confusion in pixels for the lens point (1, 0); negative behind the plane in focus.
   float circle_of_confusion(float z) const {
     return orthographic_ ? 1.0f - z * inverse_focus_ : 1.0f / z - inverse_focus_;
   }

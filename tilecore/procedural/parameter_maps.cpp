@@ -25,12 +25,12 @@ using scene::PosedDrawable;
 using scene::Procedure;
 
 constexpr int kMaxHalvings = 20;
-// Of cells without a bounded derivative, where halving rarely helps, and of cells across the near plane, which stay
-// large on screen.
+// Limits for cells without a bounded derivative, where halving rarely helps, and for cells across the near plane, which
+// stay large on screen.
 constexpr int kMaxHalvingsUnknown = 8, kMaxHalvingsNear = 13;
 constexpr std::uint16_t kMaxStepsNear = 24;
 
-// Pixels for what projecting corners and footprints rounds, beyond ProcedureCellBounds::rounding.
+// Pixels for the rounding of projected corners and footprints, beyond ProcedureCellBounds::rounding.
 constexpr double kGrowMargin = 0x1p-5;
 
 LimitError too_many_cells() {
@@ -38,7 +38,7 @@ LimitError too_many_cells() {
                                 ParameterMaps::kMaxCells));
 }
 
-// Steps that a cell is sampled with along one parameter.
+// Number of steps along one parameter with which a cell is sampled.
 std::uint16_t whole_steps(double wanted, bool& clamped) {
   const double steps = std::ceil(wanted);
   if (steps <= CellSteps::kMax) return static_cast<std::uint16_t>(std::max(steps, 1.0));
@@ -50,7 +50,7 @@ float line_reach(const ProcedureSettings& settings) {
   return settings.style == ProcedureSettings::Style::kLines ? ParameterMaps::kLineReach : 0.0f;
 }
 
-// Bounds one piece's cells by intervals, halving those that are large on screen.
+// Bounds one piece's cells by intervals, halving the cells that are large on screen.
 class IntervalPass {
  public:
   IntervalPass(const FrameGeometry& frame, const IntRect& region, const ProcedureSettings& settings, int side,
@@ -74,14 +74,14 @@ class IntervalPass {
     const PosedDrawable& drawable = frame_.drawables[drawable_];
     ++out_.counters.interval_evaluations;
     const ProcedureCellBounds b = bound_procedure_cell(frame_, drawable, piece_, box);
-    // Negated: bounds that are no numbers keep the cell.
+    // Negated, so that bounds of NaN keep the cell.
     if (b.outside || b.x1 < region_.x0 - margin_ || b.y1 < region_.y0 - margin_ || b.x0 > region_.x1 + margin_ ||
         b.y0 > region_.y1 + margin_ || b.faces_away)
       return;
     const double side = 2 * std::max(b.reach_u, b.reach_v);
     const int most = !std::isfinite(side) ? kMaxHalvingsUnknown : b.crosses_near ? kMaxHalvingsNear : kMaxHalvings;
     if (!(side <= settings_.cell_pixels) && halvings < most) {
-      // The longer side; where both are unknown, each in turn.
+      // Halves the longer side; if both are unknown, each in turn.
       const bool along_u = b.reach_u == b.reach_v ? halvings % 2 == 0 : b.reach_u > b.reach_v;
       const double u = (box.u0 + box.u1) / 2, v = (box.v0 + box.v1) / 2;
       visit(along_u ? ParameterBox{box.u0, box.v0, u, box.v1} : ParameterBox{box.u0, box.v0, box.u1, v}, halvings + 1);
@@ -95,13 +95,13 @@ class IntervalPass {
     ParameterCell cell;
     cell.drawable = drawable_;
     cell.piece = piece_;
-    // Halves of halves: floats hold them exactly.
+    // The bounds are multiples of negative powers of two, which floats hold exactly.
     cell.u0 = static_cast<float>(box.u0), cell.v0 = static_cast<float>(box.v0), cell.u1 = static_cast<float>(box.u1),
     cell.v1 = static_cast<float>(box.v1);
     bool clamped = false;
     cell.steps = steps_of(box, b, clamped);
     cell.line_steps = line_steps_of(b);
-    // Blurred and across the near plane, a sample may sweep the whole image: few of those.
+    // A blurred sample across the near plane may sweep the whole image: few of those are allowed.
     if (b.crosses_near && (frame_.drawables[drawable_].moving || frame_.projection.lens_scale != 0)) {
       clamped = clamped || cell.steps.u > kMaxStepsNear || cell.steps.v > kMaxStepsNear;
       cell.steps.u = std::min(cell.steps.u, kMaxStepsNear);
@@ -110,12 +110,12 @@ class IntervalPass {
     out_.counters.rates_clamped += clamped ? 1 : 0;
     cell.slack = slack_of(cell.steps, b);
     cell.image = image_of(b.image);
-    // Bounds have a margin of 2^-8, which outlasts the rounding to float inside any frame.
+    // Bounds have a margin of 2^-8, which exceeds the rounding to float inside any frame.
     cell.x0 = static_cast<float>(b.x0), cell.y0 = static_cast<float>(b.y0), cell.x1 = static_cast<float>(b.x1),
     cell.y1 = static_cast<float>(b.y1);
     cell.near_z = static_cast<float>(b.near_z * (1 - 0x1p-20));
-    // A footprint's middle is in the box's projection, moved by the lens; it reaches no farther than half a step and its
-    // slack from there, whatever its linear form leaves out.
+    // A footprint's middle lies in the box's projection, moved by the lens. The footprint reaches at most half a step
+    // and its slack from there, whatever its linear form omits.
     const double grow = kGrowMargin + b.rounding + lens_reach(b) + cell.slack * (1.0 / 256) + b.reach_u / cell.steps.u +
                         b.reach_v / cell.steps.v;
     keep_cell(frame_, settings_, cell, static_cast<float>(b.far_z), b.crosses_near,
@@ -137,7 +137,7 @@ class IntervalPass {
     }
     CellReach reach = reach_of(b);
     double most = settings_.spacing / side_;
-    // Where a surface has kinks its derivatives say nothing of what is beside the sample.
+    // At a kink the derivatives at a sample say nothing about the surface beside it.
     if (kinks_) {
       most = std::min(most, 1.0 / side_);
       reach.bend_u = reach.bend_v = 0;
@@ -156,7 +156,7 @@ class IntervalPass {
     return {along_u.u, along_v.u};
   }
 
-  // All that the derivatives vary within the cell may be within one footprint where the surface has kinks.
+  // At a kink the derivatives may change within one footprint by all that they vary within the cell.
   std::uint8_t slack_of(const CellSteps& steps, const ProcedureCellBounds& b) const {
     const double bend = kinks_ ? std::min(b.bend_u / steps.u + b.bend_v / steps.v, 0.5 / side_)
                                : std::min(steps.bend(reach_of(b)), settings_.flatness);
@@ -164,7 +164,7 @@ class IntervalPass {
         std::clamp(std::ceil(bend * 256), static_cast<double>(ParameterCell::kLeastSlack), 255.0));
   }
 
-  // Pixels that the lens moves what is between the cell's depths.
+  // Largest distance in pixels by which the lens moves a point between the cell's depths.
   double lens_reach(const ProcedureCellBounds& b) const {
     if (frame_.projection.lens_scale == 0) return 0;
     return std::max(frontend::defocus_radius(frame_.projection, b.near_z),
@@ -172,7 +172,7 @@ class IntervalPass {
   }
 
   static ParameterCell::Image image_of(const ProcedureCellBounds::Image& image) {
-    // Of floats inside any frame, and of what adds them up.
+    // Rounding of floats inside any frame, and of their sums.
     constexpr double kRounding = 0x1p-6;
     const auto up = [](double a) { return static_cast<float>(a * (1 + 0x1p-20)); };
     return {static_cast<float>(image.x),
@@ -229,13 +229,13 @@ bool ParameterCell::may_reach(int i, int j, const IntRect& pixels) const {
   const float du = 1.0f / static_cast<float>(steps.u), dv = 1.0f / static_cast<float>(steps.v);
   const float s = (2.0f * static_cast<float>(i) + 1.0f) * du - 1.0f,
               t = (2.0f * static_cast<float>(j) + 1.0f) * dv - 1.0f;
-  // The sample, then its footprint: what half a step moves it, and slack.
+  // The sample's place, then its footprint: half a step and slack.
   const float off = (image.off + std::abs(s) * image.off_u + std::abs(t) * image.off_v) +
                     (image.off_u * du + image.off_v * dv) + static_cast<float>(slack) * (1.0f / 256);
   const float x = image.x + s * image.x_u + t * image.x_v, y = image.y + s * image.y_u + t * image.y_v,
               reach_x = off + std::abs(image.x_u) * du + std::abs(image.x_v) * dv,
               reach_y = off + std::abs(image.y_u) * du + std::abs(image.y_v) * dv;
-  // Infinity, and no numbers, reach everything.
+  // Infinity and NaN reach everything.
   return !(x + reach_x < static_cast<float>(pixels.x0) || x - reach_x > static_cast<float>(pixels.x1) ||
            y + reach_y < static_cast<float>(pixels.y0) || y - reach_y > static_cast<float>(pixels.y1));
 }
@@ -271,7 +271,7 @@ ParameterMaps::ParameterMaps(const FrameGeometry& frame, const IntRect& region, 
                                (frame.drawables[d].deforming ? 2 : 1));
     }
   }
-  // Pieces on any thread, joined in order.
+  // Pieces run on any thread and are joined in order.
   std::vector<SparseResult> results(tasks.size());
   PerThread<std::unique_ptr<SampleRegisters>> registers;
   parallel_for(tasks.size(), [&](std::size_t k) {

@@ -38,15 +38,15 @@ struct SamplingCounters {
   std::uint64_t drawn_lines = 0;
 };
 
-// A cell of a piece's parameter domain that may be seen: an entry of the rate map.
+// A possibly visible cell of a piece's parameter domain: an entry of the rate map.
 struct ParameterCell {
   std::uint32_t drawable = 0, piece = 0;
-  float u0 = 0, v0 = 0, u1 = 0, v1 = 0;  // of the piece
+  float u0 = 0, v0 = 0, u1 = 0, v1 = 0;  // in the piece's parameters
   CellSteps steps, line_steps;           // of its surface, and along its lines
-  float x0 = 0, y0 = 0, x1 = 0, y1 = 0;  // pixels: where it may be seen, over the whole shutter and lens
+  float x0 = 0, y0 = 0, x1 = 0, y1 = 0;  // pixels: bounds on screen, over the whole shutter and lens
   float near_z = 0;
   std::uint8_t slack = kLeastSlack;  // 1/256 pixel, by which footprints are wider than their parallelograms
-  // What a smooth surface bends within half a step, and rounding.
+  // Allowance for a smooth surface's curvature within half a step, and for rounding.
   static constexpr std::uint8_t kLeastSlack = 1;
   // ProcedureCellBounds::Image, rounded outwards.
   struct Image {
@@ -56,46 +56,46 @@ struct ParameterCell {
   };
   Image image;
 
-  // Whether its surface may be seen in `pixels`.
+  // Whether its surface may appear in `pixels`.
   bool touches(const IntRect& pixels) const {
     return !(x1 < static_cast<float>(pixels.x0) || y1 < static_cast<float>(pixels.y0) ||
              x0 > static_cast<float>(pixels.x1) || y0 > static_cast<float>(pixels.y1));
   }
-  // Whether the footprint of sample (i, j) may reach a pixel of `pixels`: false only where it does not. As the image says
-  // it, without evaluating the sample.
+  // Whether the footprint of sample (i, j) may reach a pixel of `pixels`; false only if it certainly does not. Uses the
+  // image alone and does not evaluate the sample.
   bool may_reach(int i, int j, const IntRect& pixels) const;
 };
 
-// The result of the sparse pass over one frame: its rate map, and what becomes of its cells in the tile lists, where they
-// are entries like sub-patches. Immutable once built.
+// The result of the sparse pass over one frame: its rate map, and the sub-patches that stand for its cells in the tile
+// lists. Immutable once built.
 //
 // Invariants of interval maps (cited by the tests):
 //   PM1  Every visible point of a procedure lies in a tile whose list has the point's cell as an entry, at its time.
 //   PM2  Half a step to each side moves a sample's image by at most `spacing` sub-pixels along x and along y, unless
 //        rates_clamped counts the cell.
 //   PM3  The footprints of neighbouring samples of a cell leave no gap between them, kinks of the surface included:
-//        a footprint's slack is what CellSteps::bend() tells, and where there are kinks what the derivative varies within
+//        a footprint's slack is CellSteps::bend(), and at kinks the variation of the derivative within
 //        the cell, up to half a sub-pixel.
 class ParameterMaps {
  public:
-  // With Style::kLines: pixels beyond a cell's bounds that its lines may reach. Cells are listed for every tile that
-  // they reach so.
+  // With Style::kLines: pixels beyond a cell's bounds that its lines may reach. A cell is listed for every tile within
+  // this reach.
   static constexpr float kLineReach = 1;
-  // Lines lie a little in front of their surface: so much of its depth.
+  // Lines lie a little in front of their surface: at this share of its depth.
   static constexpr float kLineDepth = 1.0f - 1.0f / 256;
-  // Of a frame: what the numbers of cells, in the place of a sub-patch's range, have room for, and what the emulator
-  // keeps of them.
+  // Most cells of a frame: their numbers, which take the place of a sub-patch's range, and the emulator's memory have
+  // no room for more.
   static constexpr std::size_t kMaxCells = std::size_t{1} << 22;
 
-  // `side`: sub-pixels along each side of a pixel, which the spacing refers to. Throws LimitError where there are more
-  // than kMaxCells.
+  // `side`: sub-pixels along each side of a pixel, to which the spacing refers. Throws LimitError if there are more
+  // than kMaxCells cells.
   ParameterMaps(const scene::FrameGeometry& frame, const IntRect& region, const ProcedureSettings& settings, int side,
                 std::uint64_t burst_bytes);
 
   const ProcedureSettings& settings() const { return settings_; }
   const std::vector<ParameterCell>& cells() const { return cells_; }
-  // What goes to the binner: a sub-patch for each cell, in their order. Its base patch is one of the cell's drawable, its
-  // range is the cell's number.
+  // The binner's input: a sub-patch for each cell, in their order. Its base patch belongs to the cell's drawable, and
+  // its range encodes the cell's number.
   const std::vector<frontend::BoundedSubPatch>& sub_patches() const { return sub_patches_; }
   static scene::CellRange range_of(std::uint32_t cell);
   static std::uint32_t cell_of(const scene::CellRange& range);
@@ -103,13 +103,13 @@ class ParameterMaps {
   std::uint64_t operations(std::uint32_t drawable, std::uint32_t piece) const { return operations_[drawable][piece]; }
   const SamplingCounters& counters() const { return counters_; }
   const memory::Ledger& ledger() const { return ledger_; }
-  // As if nothing were known of where steps are seen: a tile evaluates all of them.
+  // Drops the images of steps, so that a tile evaluates all of them.
   void forget_images() {
     for (ParameterCell& cell : cells_) cell.image = {};
   }
 
-  // A cell in memory [assumed]: its piece (4), its place in the domain (5), steps (4), slack (1), rectangle on screen (8),
-  // and where its steps are seen (10).
+  // A cell in memory [assumed]: its piece (4), its place in the domain (5), steps (4), slack (1), rectangle on screen
+  // (8), and the image of its steps (10).
   static constexpr std::uint64_t kCellBytes = 32;
 
  private:
@@ -137,7 +137,7 @@ inline constexpr auto kCounterFields<tilecore::SamplingCounters> = std::to_array
      "procedures.mode=interval.",
      ""},
     {"procedures.cells", &tilecore::SamplingCounters::cells, Combine::kSum, "cells",
-     "Cells in the rate map: those that may be seen.", ""},
+     "Cells in the rate map, which holds the cells that may be visible.", ""},
     {"procedures.rates_clamped", &tilecore::SamplingCounters::rates_clamped, Combine::kSum, "cells",
      "Cells whose rate is unknown or beyond the most steps that a cell may have.", ""},
     {"procedures.tags", &tilecore::SamplingCounters::tags, Combine::kSum, "tiles",

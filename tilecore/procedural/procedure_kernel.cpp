@@ -34,7 +34,7 @@ HWY_INLINE void store_column(std::array<std::array<float, kArraySamples>, Sample
   row.by_v.store(&at[column + SampleRegisters::kXv][first]);
 }
 
-// At keys from `key` to before `end`.
+// Projects at keys from `key` up to `end`, which is excluded.
 HWY_INLINE void run_view(const ArrayProgram& program, const stage::ShapePoint<Lanes>& p, std::size_t key,
                          std::size_t end, std::size_t first, SampleRegisters& registers) {
   for (; key < end; ++key) {
@@ -94,8 +94,8 @@ HWY_NOINLINE void run_shape(const ArrayProgram& program, std::size_t count, Samp
   }
 }
 
-// Samples that a program's instructions take at a time: enough to pay for their dispatch, few enough for its registers
-// to stay in the host's first cache.
+// Samples for which a program runs at a time: enough to pay for the dispatch of instructions, few enough for its
+// registers to stay in the host's L1 cache.
 constexpr std::size_t kProgramSamples = 64, kGroups = kProgramSamples / hn::MaxLanes(Lanes::D());
 
 // Runs a program on samples `first` to `end` and calls visit(vector of them, register of a coordinate).

@@ -51,7 +51,7 @@ class LayerMerge {
   LayerMerge(std::vector<TileState::Layer>& layers, std::vector<Candidate>& candidates)
       : layers_(layers), candidates_(candidates) {}
 
-  // Candidates `first` to `end` are of one group.
+  // Candidates `first` to `end` form one group.
   void link(std::size_t first, std::size_t end) {
     for (std::size_t a = first; a < end; ++a)
       for (std::size_t b = a + 1; b < end; ++b)

@@ -6,7 +6,7 @@
 
 namespace tessera::tilecore {
 
-// How the sampling controller works; keys procedures.*.
+// Settings of the sampling controller; keys procedures.*.
 struct ProcedureSettings {
   enum class Path : std::uint8_t {
     kSampled,      // by the sampling controller
@@ -16,8 +16,8 @@ struct ProcedureSettings {
     // Cells of the parameter domain are bounded by interval evaluation, which is conservative by proof. A sample reaches
     // the tile buffer's sample points inside its footprint: half a step to each side, by its derivatives.
     kInterval,
-    // US 2007/0002066: the cell's middle is evaluated, its neighbours give a radius, the radius is padded by a guess. A
-    // sample is written to the sub-pixel that it falls into (footprints remain where something moves or is out of focus,
+    // US 2007/0002066: the cell's middle is evaluated, its neighbours give a radius, and a guess pads the radius. A
+    // sample is written to the sub-pixel that holds it (surfaces that move or are out of focus still use footprints,
     // which the publication leaves open), and geometry images are read through the core's texture cache.
     kPublished,
   };

@@ -14,7 +14,7 @@ using scene::FrameGeometry;
 using scene::PosedDrawable;
 using scene::ProcedurePatch;
 
-// Where a texture is read: (u, v) of the whole procedure.
+// The place of a texture lookup: (u, v) of the whole procedure.
 one_lane::LaneTexcoord<float> procedure_texcoord(const FrameGeometry& frame, const ProcedurePatch& patch,
                                                  Vec2 parameters, const Surface& surface,
                                                  const shaders::TextureTransform& transform) {
@@ -69,7 +69,7 @@ Vec3 mapped_normal(const ProcedureTextures& textures, const scene::Material& mat
   return frame.known && length2 > 1e-20f ? mapped / std::sqrt(length2) : normal;
 }
 
-// Of drawings with lines.
+// Colours of drawings with lines.
 constexpr Vec3 kPaper(0.80f, 0.76f, 0.68f), kInk(0.02f, 0.02f, 0.035f);
 
 Vec3 as_glm(const Vector3<float>& a) { return {a.x, a.y, a.z}; }
@@ -93,7 +93,7 @@ shaders::ProcedureLights procedure_lights(const FrameGeometry& frame) {
   }
   if (out.count == 0) {
     out.count = 1;
-    out.light[0].direction = {-0.485f, 0.661f, 0.573f};  // where the built-in studio has its key light
+    out.light[0].direction = {-0.485f, 0.661f, 0.573f};  // the key light of the built-in studio
     out.light[0].color = {1.5f, 1.45f, 1.35f};
   }
   return out;
@@ -200,8 +200,8 @@ void fill_procedure_triangle(const FrameGeometry& frame, const SurfaceLocation& 
   place_point(open, s.drawable->deforming ? point(1) : open, at.t, s);
 }
 
-// Where shadows are looked up: the surface in raster space, with its derivatives, as it is at shutter open where the
-// camera moves.
+// The receiver of shadow lookups: the surface in raster space, with its derivatives, at shutter open if the camera
+// moves.
 one_lane::LaneSurface<float> shadow_receiver(const FrameGeometry& frame, const Surface& surface) {
   const DMat4 to_raster = frame.projections[0].matrix() * frame.views[0].world_to_camera;
   const auto derivative = [&](const Vec3& by) { return Vec4(to_raster * DVec4(DVec3(by), 0.0)); };

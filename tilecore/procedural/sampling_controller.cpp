@@ -11,8 +11,8 @@ namespace {
 
 using scene::PosedDrawable;
 
-// Of ParameterCell::may_reach() for one step after another: two sums along each axis, what the step may be off, and four
-// comparisons.
+// Operations of ParameterCell::may_reach() for one of several consecutive steps: two sums along each axis, the step's
+// error, and four comparisons.
 constexpr std::uint64_t kStepOperations = 10;
 
 }  // namespace
@@ -27,7 +27,7 @@ int SamplingController::sub_pixels(int samples_per_pixel) {
   return side;
 }
 
-// All pixels have the same offsets: the first one's tell the slots.
+// All pixels have the same offsets, so the first pixel's give the slots.
 void SamplingController::find_slots(const TileSamples& samples) {
   side_ = sub_pixels(samples.spp);
   const auto slots = static_cast<std::size_t>(side_ * side_), spp = static_cast<std::size_t>(samples.spp);
@@ -53,7 +53,7 @@ bool SamplingController::take(const ParameterMaps& maps, std::uint32_t cell, Tim
   return waiting_samples_ >= kArraySamples;
 }
 
-// The array takes cells of a piece together, so that few of its lanes idle.
+// The array takes cells of a piece together, so that few of its lanes are idle.
 void SamplingController::draw(const Job& job) {
   const std::vector<ParameterCell>& cells = job.maps.cells();
   const auto piece_of = [&](const Waiting& w) { return std::tie(cells[w.cell].drawable, cells[w.cell].piece); };
@@ -92,7 +92,7 @@ void SamplingController::begin_piece(const Job& job, const ParameterCell& first)
 std::uint64_t SamplingController::add_steps(const Job& job, const Waiting& waiting) {
   const ParameterCell& cell = job.maps.cells()[waiting.cell];
   const IntRect& pixels = job.samples.pixels;
-  // Of a cell that reaches the tile by its lines alone there is no surface in it.
+  // A cell that reaches the tile by its lines alone has no surface in it.
   if (!cell.touches(pixels)) return 0;
   const float step_u = (cell.u1 - cell.u0) / static_cast<float>(cell.steps.u),
               step_v = (cell.v1 - cell.v0) / static_cast<float>(cell.steps.v);

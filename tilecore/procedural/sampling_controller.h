@@ -17,8 +17,8 @@
 
 namespace tessera::tilecore {
 
-// Sampling controller of one tile core: the render pass (US 2007/0002066, with the deviations that docs/procedural.md
-// lists). Gets the cells of a tile's list in its order, leaves out the steps that cannot reach the tile, runs the
+// Sampling controller of one tile core: the render pass (US 2007/0002066, with the deviations that docs/procedures.md
+// lists). It gets the cells of a tile's list in its order, omits the steps that cannot reach the tile, runs the
 // procedure's stages on the emulated SIMD array and scatters the samples into the tile buffer, which is the tile's
 // samples: 4x4 to the pixel at 16 samples per pixel.
 //
@@ -26,19 +26,19 @@ namespace tessera::tilecore {
 //   tile's list     piece by piece      reach the tile    of one piece       geometry, view  depth test
 //
 // Invariants (cited by the tests):
-//   SC1  What a sample point sees follows from the frame and the settings alone: not from the tile, its size, the order
+//   SC1  The surface at a sample point follows from the frame and the settings alone: not from the tile, its size, the order
 //        of cells or of samples. Equal depths go to the lower base patch, then to the lower parameters.
-//   SC2  With interval maps no sample point inside the image of a procedure is left out, but for what one footprint
-//        bends.
+//   SC2  With interval maps no sample point inside the image of a procedure is missed, up to the curvature of one
+//        footprint.
 //   SC3  Every sample evaluated is counted once as outside the tile, behind, back-facing, not finite, or scattered.
-//   SC5  Of a surface that blends a sample point has one layer for each time that its ray meets the surface, whatever the
+//   SC5  A sample point has one layer of a blending surface for each time that its ray meets the surface, whatever the
 //        footprints that cover it there.
 //   SC4  A step that is not evaluated would have reached no sample of the tile.
 //
-// Keeps its scratch memory; one instance per thread.
+// Owns scratch memory; one instance per thread.
 class SamplingController {
  public:
-  // Lanes of the emulated SIMD array, which are issued together [assumed].
+  // Lanes of the emulated SIMD array, which issue together [assumed].
   static constexpr std::uint64_t kArrayLanes = 32;
 
   SamplingController();
@@ -48,29 +48,29 @@ class SamplingController {
     const ParameterMaps& maps;
     const TileSamples& samples;
     TileState& state;
-    // For alpha tests, which are counted; null: nothing is fetched.
+    // For alpha tests, which are counted; nullptr: nothing is fetched.
     TextureUnit* textures = nullptr;
     std::uint64_t* alpha_tests = nullptr;
-    // A lens that is forced on a pinhole sees what the pinhole does: procedures are tested without it.
+    // A lens forced on a pinhole has no effect on the image, so procedures are tested without it.
     bool lens() const { return !samples.lens_u.empty() && samples.lens_scale != 0; }
   };
-  // Before the first cell of a tile.
+  // Call it before the first cell of a tile.
   void begin_tile(const TileSamples& samples) { find_slots(samples); }
-  // Takes a cell of the tile's list, which may touch the tile at some of its times only. True: enough of them wait, call
-  // draw(), which draws all that wait.
+  // Takes a cell of the tile's list, which may touch the tile at some of its times only. Returns true if enough cells
+  // wait; the caller then calls draw(), which draws all of them.
   [[nodiscard]] bool take(const ParameterMaps& maps, std::uint32_t cell, TimeRange times);
   void draw(const Job& job);
-  // When all of a tile is drawn: makes one layer of those that neighbouring footprints left of one surface.
+  // Merges the layers that neighbouring footprints left of one surface. Call it when all of a tile is drawn.
   void merge_layers(const scene::FrameGeometry& frame, TileState& state);
 
-  // What draw() read since the last call, call by call: of each piece its numbers, then its cells.
+  // Reads of draw() since the last call, call by call: for each piece its numbers, then its cells.
   struct CellRead {
     std::uint32_t cell;
     bool first_of_piece;
   };
   std::vector<CellRead> take_reads() { return std::exchange(reads_, {}); }
 
-  // Until the next call, samples are also counted for the drawable they are taken of; empty: they are not.
+  // Also counts samples for their drawables, until the next call; empty: does not.
   void count_drawables(std::span<DrawableCounts> drawables) { drawables_ = drawables; }
 
   // Counts the cells and objects of a tile's list.
@@ -81,7 +81,7 @@ class SamplingController {
   const SamplingCounters& counters() const { return counters_; }
   SamplingCounters take_counters() { return std::exchange(counters_, {}); }
 
-  // Sub-pixels along a pixel's side for so many samples: the smallest square that has room for them.
+  // Sub-pixels along a pixel's side for this many samples: the smallest square that has room for them.
   static int sub_pixels(int samples_per_pixel);
 
  private:
@@ -89,7 +89,7 @@ class SamplingController {
     std::uint32_t cell;
     TimeRange times;
   };
-  // A sample on its way from the array to the tile buffer.
+  // A sample between the array and the tile buffer.
   struct Footprint {
     const ParameterCell* cell;
     TimeRange times;
@@ -99,10 +99,10 @@ class SamplingController {
 
   void find_slots(const TileSamples& samples);
   void draw_piece(const Job& job, std::span<const Waiting> cells);
-  // Queues the steps of a cell that may reach the tile; how many of them this tile evaluates.
+  // Queues the steps of a cell that may reach the tile; returns how many of them this tile evaluates.
   std::uint64_t add_steps(const Job& job, const Waiting& waiting);
   void run_batch(const Job& job);
-  // The emulated array's work on tuples of the piece under way that it takes together.
+  // Counts the emulated array's work on `issued` tuples of the current piece, taken together.
   void count_issued(const Job& job, std::uint64_t issued);
 
   // sampling_scatter.cpp
@@ -112,7 +112,7 @@ class SamplingController {
   void scatter_moving(const Job& job, std::size_t k);
   void write(const Job& job, const ParameterCell& cell, std::size_t sample, float z, float u, float v,
              std::uint32_t triangle);
-  // SurfaceLocation::triangle of what a footprint shows: where it blends, a layer's code.
+  // SurfaceLocation::triangle of a footprint's surface; if the surface blends, a layer's code.
   std::uint32_t surface_name(const Job& job, const Footprint& f, float det) const;
   bool passes_alpha(const Job& job, const scene::PatchPoint& at, std::size_t sample) const;
   void keep_rest(const Job& job, std::size_t k, std::size_t sample);
@@ -127,11 +127,12 @@ class SamplingController {
   std::vector<Waiting> waiting_;
   std::uint64_t waiting_samples_ = 0;
   std::vector<CellRead> reads_;
-  // Samples of a pixel by the sub-pixel they lie in: slot s has slot_sample_[slot_first_[s]] up to slot_first_[s + 1].
+  // Samples of a pixel by the sub-pixel that holds them: slot s has slot_sample_[slot_first_[s]] up to slot_first_[s +
+  // 1].
   int side_ = 1;
   std::vector<std::uint32_t> slot_first_, slot_sample_;
 
-  // The batch under way: all of one piece.
+  // The current batch; all of it belongs to one piece.
   std::unique_ptr<SampleRegisters> registers_;
   std::vector<Footprint> footprints_;
   ArrayProgram program_;

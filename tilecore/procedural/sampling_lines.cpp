@@ -1,5 +1,5 @@
-// A drawing instead of an image: the same procedures behind another sampling process, which walks along lines of
-// constant u and of constant v (the published architecture's brush lines). Where light falls, lines are left out.
+// A drawing instead of an image: another sampling process for the same procedures, which walks along lines of constant
+// u and of constant v (the published architecture's brush lines). Brightly lit parts get fewer lines.
 #include <algorithm>
 #include <cmath>
 
@@ -14,7 +14,7 @@ constexpr float kSlackPixels = 1.0f / 256;  // of a line, for rounding
 constexpr int kLines = 64;                  // of each parameter over a piece; a power of two
 constexpr float kWidthPixels = 0.55f;       // half the width of a line
 
-// Light up to which a line is drawn: every 32nd always, others the darker the finer.
+// Largest light at which a line is drawn: every 32nd line always, other lines at less light the finer they are.
 float max_light(int line) {
   if (line % 32 == 0) return 1e9f;
   if (line % 16 == 0) return 0.75f;
@@ -23,15 +23,15 @@ float max_light(int line) {
   return line % 2 == 0 ? 0.2f : 0.1f;
 }
 
-// Of a line along (x, y): the parallelogram as wide as lines are.
+// Widens a line along (x, y) to a parallelogram of the width of lines.
 void widen(Parallelogram& p) {
   const float length = std::sqrt(p.ax * p.ax + p.ay * p.ay), across = kWidthPixels / std::max(length, 1e-6f);
   p.bx = -p.ay * across, p.by = p.ax * across;
   p.det = p.ax * p.by - p.ay * p.bx;
 }
 
-// Samples of the tile in a box that lines of a cell may reach. Beyond that reach a tile may not know of the cell: no tile
-// draws there, so that none sees more than another would.
+// Samples of the tile in a box that lines of a cell may reach. A tile beyond that reach may not have the cell in its
+// list, so no tile draws there: all tiles then agree.
 template <class Visit>
 void each_sample(const TileSamples& samples, const ParameterCell& cell, MovingFootprint::Box box, const Visit& visit) {
   constexpr float kReach = ParameterMaps::kLineReach;
@@ -52,7 +52,7 @@ void each_sample(const TileSamples& samples, const ParameterCell& cell, MovingFo
 void SamplingController::draw_lines(const Job& job, std::span<const Waiting> cells) {
   const scene::PosedDrawable& drawable = job.frame.drawables[drawable_];
   shaders::SurfaceProgram surface = surface_program(job.frame, drawable, drawable.procedure->pieces[piece_]);
-  // The stage that gives the tone; what a material would show needs more than the array has.
+  // This stage gives the tone; the material's shading needs more than the array has.
   surface.shading = shaders::ShadingId::kPhong;
   surface.shading_numbers = {0.15f, 0.6f, 0.4f, 24};
   surface.texture = shaders::TextureId::kPlain;
@@ -65,7 +65,7 @@ void SamplingController::draw_lines(const Job& job, std::span<const Waiting> cel
 
 void SamplingController::draw_cell_lines(const Job& job, const Waiting& waiting, bool along_u) {
   const ParameterCell& cell = job.maps.cells()[waiting.cell];
-  // Lines of constant v run along u, and the other way round.
+  // Lines of constant v run along u, and vice versa.
   const float low = along_u ? cell.v0 : cell.u0, high = along_u ? cell.v1 : cell.u1;
   const float from = along_u ? cell.u0 : cell.v0, to = along_u ? cell.u1 : cell.v1;
   const int steps = along_u ? cell.line_steps.u : cell.line_steps.v;
@@ -123,8 +123,8 @@ void SamplingController::scatter_line(const Job& job, const ParameterCell& cell,
   });
 }
 
-// Lines move with their surface, and are out of focus where it is; they are as wide at every time and through every point
-// of the lens.
+// Lines move with their surface and are out of focus with it; their width is the same at every time and through every
+// point of the lens.
 void SamplingController::scatter_moving_line(const Job& job, const Waiting& waiting, std::size_t k, bool along_u,
                                              float half_step) {
   using R = SampleRegisters;
@@ -149,7 +149,7 @@ void SamplingController::scatter_moving_line(const Job& job, const Waiting& wait
     return MovingFootprint(key(0, across), key(close, across), job.frame.projection, lens ? samples.lens_scale : 0.0f,
                            kSlackPixels);
   };
-  // `line` is where it may be; `surface` says which side is seen.
+  // `line` is the place on screen; `surface` tells which side is visible.
   const MovingFootprint line = footprint(0), surface = footprint(half_step);
   if (line.out_of_depth() || !surface.finite()) return;
   MovingFootprint::Box box{cell.x0, cell.y0, cell.x1, cell.y1};

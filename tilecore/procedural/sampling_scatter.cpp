@@ -1,4 +1,4 @@
-// How the samples of a batch reach the tile buffer.
+// Scatters the samples of a batch into the tile buffer.
 #include <algorithm>
 #include <cmath>
 #include <tuple>
@@ -14,7 +14,7 @@ namespace tessera::tilecore {
 
 using scene::PosedDrawable;
 
-// Fronts have negative area where y points down.
+// Front faces have negative area where y points down.
 bool SamplingController::faces_away(const PosedDrawable& drawable, float det) {
   return !drawable.material->double_sided && (drawable.mirrored ? det < 0 : det > 0);
 }
@@ -62,7 +62,7 @@ bool SamplingController::passes_alpha(const Job& job, const scene::PatchPoint& a
   return procedure_alpha(job.frame, location, job.textures) >= material.alpha_cutoff;
 }
 
-// Where the surface is at shutter open, for what is not at rest.
+// Keeps the surface's place at shutter open if it moves or is seen through a lens.
 void SamplingController::keep_rest(const Job& job, std::size_t k, std::size_t s) {
   using R = SampleRegisters;
   const auto& open = registers_->at[0];
@@ -119,7 +119,7 @@ void SamplingController::scatter_still(const Job& job, std::size_t k) {
         ++counters_.footprint_tests;
         float along_u, along_v;
         if (!p.holds(px, py, along_u, along_v)) continue;
-        // What the bounds exclude is left to the cell that has it, so that no tile sees more than another would.
+        // Another cell covers points outside the bounds, so that all tiles agree on them.
         if (px < f.cell->x0 || px > f.cell->x1 || py < f.cell->y0 || py > f.cell->y1) continue;
         write(job, *f.cell, s, z + (z_u * along_u + z_v * along_v), f.u + f.half_u * along_u, f.v + f.half_v * along_v,
               name);
@@ -127,7 +127,7 @@ void SamplingController::scatter_still(const Job& job, std::size_t k) {
     }
 }
 
-// As published: the sub-pixel that the sample falls into takes it.
+// As published: the sub-pixel that holds the sample takes it.
 void SamplingController::scatter_points(const Job& job, std::size_t k) {
   using R = SampleRegisters;
   const auto& at = registers_->at[0];
@@ -180,7 +180,7 @@ void SamplingController::scatter_moving(const Job& job, std::size_t k) {
   if (footprint.out_of_depth()) return void(++counters_.samples_behind);
   if (!footprint.finite()) return void(++counters_.samples_not_finite);
   const MovingFootprint::Box cell{f.cell->x0, f.cell->y0, f.cell->x1, f.cell->y1};
-  MovingFootprint::Box box = cell;  // at the near plane itself the cell's bounds serve
+  MovingFootprint::Box box = cell;  // if the near plane cuts the footprint, the cell's bounds serve
   footprint.bounds(box);
   if (job.maps.settings().mode == ProcedureSettings::Mode::kInterval)
     box = {std::max(box.x0, cell.x0), std::max(box.y0, cell.y0), std::min(box.x1, cell.x1), std::min(box.y1, cell.y1)};

@@ -12,7 +12,7 @@ using scene::PosedDrawable;
 constexpr int kMaxTuples = 2048;  // along one parameter
 constexpr int kProbeTuples = 8;   // along each parameter, to choose how many
 
-// Where tuples of a piece are seen, at both motion keys.
+// Raster-space places of tuples of a piece, at both motion keys.
 struct Places {
   int columns = 0, rows = 0;
   std::array<std::vector<float>, 2> x, y, z;
@@ -45,7 +45,7 @@ void evaluate_tuples(const ArrayProgram& program, int columns, int rows, SampleR
   }
 }
 
-// Distance on screen between two tuples, the larger of the keys; 0 where one is not in front of the camera.
+// Distance on screen between two tuples, the larger of the keys; 0 if one is not in front of the camera.
 double distance(const Places& p, std::size_t a, std::size_t b, double near) {
   double out = 0;
   for (std::size_t key = 0; key < 2; ++key) {
@@ -100,7 +100,7 @@ void run_published_pass(const FrameGeometry& frame, const IntRect& region, const
   program.keys = drawable.moving ? 2 : 1;
   program.orthographic = frame.projection.orthographic;
   program.divided = !drawable.moving;
-  // A sample is written to one sub-pixel: from one to the next is no more.
+  // A sample is written to one sub-pixel, so steps of one sub-pixel are enough.
   const double near = frame.projection.near, reach = std::min(settings.spacing, 1.0) / side;
   Places places;
   evaluate_tuples(program, kProbeTuples, kProbeTuples, registers, places);

@@ -81,8 +81,8 @@ Weights catmull_rom_weights(float f) {
 
 constexpr bool is_inner(int i) { return i == 1 || i == 2; }
 
-// Sum over the texels with a weight as differences from the first inner one, so that a flat colour is exact. The
-// outcome is that of the first texel that disagrees; inner ones come first.
+// Sums the texels that have a weight, as differences from the first inner one, so that a flat colour is exact. The
+// outcome is the outcome of the first texel that disagrees; inner ones come first.
 Advection fetch(const StoredImage& surface, const Place& p, const Weights& wx, const Weights& wy, bool clamp, Vec4& out,
                 AdvectionWork& work) {
   const Vec4* base = nullptr;

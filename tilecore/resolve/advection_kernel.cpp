@@ -45,16 +45,16 @@ HWY_INLINE M both_within(VI v, int first, int end) {
   return hn::RebindMask(D(), hn::AndNot(hn::Lt(v, at_least), hn::Lt(v, below)));
 }
 
-// Where the pixels of a block come from, place_at() of advection.cpp for four of a row at once, and what those that may
-// be plain ask of the texels together.
+// Source places of a block's pixels, place_at() of advection.cpp for four of a row at once, and the joint range of
+// texels of the pixels that may be plain.
 struct BlockPlaces {
   alignas(16) std::int32_t x[16], y[16];             // upper left texels
   alignas(16) float w1[16], w2[16], w3[16];          // weights of the other three
-  alignas(16) float limit[16];                       // how far a texel's depth may be from the pixel's
+  alignas(16) float limit[16];                       // largest difference of a texel's depth from the pixel's
   std::uint16_t plain = 0;                           // bit i: all four texels have a weight and are in the region
   IntRect texels;                                    // of all plain pixels
   float nearest = 0, farthest = 0, least_limit = 0;  // of their depths and limits
-  bool one_patch = true;                             // that of the block's first pixel
+  bool one_patch = true;                             // all have the patch of the block's first pixel
 
   HWY_INLINE BlockPlaces(const BlockOfPixels& block, std::uint16_t wanted, const IntRect& region, float slope) {
     const D d;

@@ -10,9 +10,9 @@ namespace tessera::tilecore {
 // Bits of a stream in memory, the lowest of each byte first.
 class BitWriter {
  public:
-  // `bytes` are zero, and as many as will be written at least.
+  // `bytes` must be zero, and at least as many as will be written.
   explicit BitWriter(std::span<std::uint8_t> bytes) : bytes_(bytes) {}
-  // The lowest `bits` bits, 0 to 32.
+  // Writes the lowest `bits` bits, 0 to 32.
   void write(std::uint32_t value, std::size_t bits) {
     std::uint64_t left = value & ((std::uint64_t{1} << bits) - 1);
     while (bits > 0) {
@@ -31,7 +31,7 @@ class BitWriter {
 class BitReader {
  public:
   explicit BitReader(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
-  // 0 to 32 bits.
+  // Reads 0 to 32 bits.
   std::uint32_t read(std::size_t bits) {
     std::uint32_t value = 0;
     for (std::size_t b = 0; b < bits; ++b, ++at_) value |= (bytes_[at_ / 8] >> (at_ % 8) & 1u) << b;

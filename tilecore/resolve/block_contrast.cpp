@@ -7,7 +7,7 @@
 namespace tessera::tilecore {
 namespace {
 
-constexpr float kDiagonal = 0.7f;  // [measured] between 0.5 of what is smooth and 1 of noise
+constexpr float kDiagonal = 0.7f;  // [measured] between 0.5 of a smooth image and 1 of noise
 constexpr float kCodes = 254.0f;
 
 float displayed(float v) { return std::sqrt(v > 0.0f ? (v < 1.0f ? v : 1.0f) : 0.0f); }

@@ -12,12 +12,12 @@ namespace tessera::tilecore {
 // Bit of pixel (x, y) of the frame within its block of 4x4 pixels. Blocks lie on multiples of four pixels of the frame.
 constexpr BlockMask block_bit(int x, int y) { return static_cast<BlockMask>(1u << (4 * (y & 3) + (x & 3))); }
 
-// A byte per pixel of a row of four from its bits, 0 or 1.
+// Spreads the bits of a row of four pixels to a byte each, 0 or 1.
 constexpr std::uint32_t row_bytes(unsigned bits) {
   return (bits & 1u) | (bits & 2u) << 7 | (bits & 4u) << 14 | (bits & 8u) << 21;
 }
 
-// Without the population count that the oldest x86-64 lacks: there std::popcount is a call.
+// Avoids the population-count instruction, which the oldest x86-64 lacks: there std::popcount is a call.
 constexpr std::uint64_t pixel_count(BlockMask pixels) {
   unsigned n = pixels - (pixels >> 1 & 0x5555u);
   n = (n & 0x3333u) + (n >> 2 & 0x3333u);
@@ -25,7 +25,7 @@ constexpr std::uint64_t pixel_count(BlockMask pixels) {
   return (n + (n >> 8)) & 31u;
 }
 
-// Whether all of a row of four have `value`.
+// Whether all four of a row have `value`.
 inline bool all_are(const std::uint32_t* four, std::uint32_t value) {
   return ((four[0] ^ value) | (four[1] ^ value) | (four[2] ^ value) | (four[3] ^ value)) == 0;
 }

@@ -12,16 +12,16 @@
 namespace tessera::tilecore {
 
 // A window with light above 1: stencils over it would spread a highlight over its neighbours, and their negative lobes
-// would put black beside it. Its colours are filled as c / (1 + c) instead, which is about how a display shows them, and
-// what comes out stays within the range of what went in.
+// would put black beside it. Its colours are filled as c / (1 + c) instead, which is roughly the displayed value, and
+// results are clamped to the range of the inputs.
 //
 // Invariants (cited by the tests):
-//   BRW1  Nothing that is filled is darker than the darkest usable pixel of the window, or brighter than the brightest,
+//   BRW1  No filled pixel is darker than the darkest usable pixel of the window, or brighter than the brightest,
 //        channel by channel.
 //   BRW2  A window without light above 1 is not touched.
 class BrightWindow {
  public:
-  // Whether a usable pixel is brighter than 1 in any channel. Not finite ones do not count.
+  // Whether a usable pixel is brighter than 1 in any channel. Channels that are not finite do not count.
   static bool is_bright(const BlockWindow& window) {
     bool bright = false;
     for_each_usable(window, [&](const Vec4& c, std::size_t) {
@@ -46,9 +46,9 @@ class BrightWindow {
   BrightWindow& operator=(const BrightWindow&) = delete;
 
   const BlockWindow& window() const { return window_; }
-  // Usable pixels: each took a division.
+  // Number of usable pixels: each took a division.
   std::size_t count() const { return count_; }
-  // The light of what was filled from window().
+  // The light of a pixel that was filled from window().
   Vec4 light(const Vec4& filled) const {
     return {light(std::clamp(filled.x, low_.x, high_.x)), light(std::clamp(filled.y, low_.y, high_.y)),
             light(std::clamp(filled.z, low_.z, high_.z)), std::clamp(filled.w, low_.w, high_.w)};

@@ -64,7 +64,7 @@ HWY_INLINE Floats<N> operator*(Floats<N> a, float b) {
   return a;
 }
 
-// x - x is 0 or NaN.
+// x - x is 0 for finite x, otherwise NaN.
 template <std::size_t N>
 HWY_INLINE bool is_finite(Floats<N> v) {
   const typename Floats<N>::D d;

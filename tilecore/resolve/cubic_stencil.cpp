@@ -14,7 +14,7 @@ namespace {
 
 constexpr unsigned kWindowColumns = (1u << kWindowSide) - 1;
 
-// The pixels that a pattern does not render, by its corner (see pattern_of()).
+// The pixels that a pattern does not render, by the pattern's corner (see pattern_of()).
 constexpr BlockMask left_out_by(unsigned corner) {
   return static_cast<BlockMask>(~(((corner & 3u) * 5u | (corner >> 2) * 0x50u) * 0x101u));
 }
@@ -85,7 +85,7 @@ bool is_interior(const RowWords& rows, const PatternRows& pattern, int reach) {
   return ((((rows.top ^ around) & above) | (rows.middle ^ block) | ((rows.bottom ^ around) & below)) & within) == 0;
 }
 
-// The sides beyond which nothing is usable, if what is left is the pattern.
+// The sides beyond which no pixel is usable; nullopt unless the remaining pixels are the pattern's.
 std::optional<unsigned> border_of(const UsableRows& rows, const PatternRows& pattern, int reach) {
   unsigned columns = 0;
   for (const std::uint16_t row : rows) columns |= row;
@@ -117,8 +117,8 @@ FillPlan plan_of(Reconstruction kernel, const UsableRows& usable, unsigned corne
   return border ? FillPlan{kernel, pattern, *border} : FillPlan{kernel, std::nullopt};
 }
 
-// Fills those of `missing` again that took NaN or infinity from their surroundings, now without such pixels; returns
-// those that have nothing else. The others stay as they are.
+// Fills again, without NaN and infinity in the surroundings, the pixels of `missing` that took such a value from them.
+// Returns the pixels that have no other source. Other pixels stay as they are.
 BlockMask fill_again(const WindowView& view, const FillPlan& plan, BlockMask missing, Vec4* out16,
                      ReconstructionWork& work) {
   std::array<Vec4, 16> plain;
@@ -166,7 +166,7 @@ BlockMask reconstruct_block(Reconstruction kernel, const BlockWindow& window, Bl
       return 0;
     }
   }
-  // 2. Any others, and what took NaN or infinity from its surroundings.
+  // 2. Fills all others, and pixels that took NaN or infinity from their surroundings.
   const UsableRows usable = without_missing(window.usable, missing);
   const WindowView view{window, usable};
   const FillPlan plan = interior ? FillPlan{kernel, pattern, 0} : plan_of(kernel, usable, words.corner());

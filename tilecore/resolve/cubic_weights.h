@@ -54,8 +54,8 @@ constexpr double kernel_weight(Reconstruction r, int distance) {
 
 inline constexpr std::size_t kMaxDirectTaps = 49;  // of 7x7
 
-// A stencil holds where the sum of its weights is at least this share of the sum of their magnitudes. Then no
-// normalised weight exceeds 2, and noise in the taps grows by less than 2.
+// A stencil holds if the sum of its weights is at least this share of the sum of their magnitudes. Then no normalised
+// weight exceeds 2, and noise in the taps grows by less than 2.
 inline constexpr double kMinimumDenominator = 0.5;
 
 }  // namespace tessera::tilecore

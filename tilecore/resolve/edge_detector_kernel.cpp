@@ -45,7 +45,7 @@ bool DetectEdgeOfWhole(const EdgeSettings& settings, const float* depth, std::si
     for (V& r : row) r = hn::Div(hn::Set(d, 1.0f), r);
   const V along_y[2] = {second_difference(row[0], row[1], row[2]), second_difference(row[1], row[2], row[3])};
   for (std::size_t y = 0; y < 4; ++y) {
-    // The two inner pixels count, each for itself and the one beside it.
+    // The two inner pixels count, each for its own place and for its outer neighbour.
     const V r = row[y], inner = second_difference(r, hn::Shuffle0321(r), hn::Shuffle1032(r)),
             laplacian = hn::Add(hn::InterleaveLower(d, inner, inner), along_y[y / 2]);
     if (!hn::AllFalse(d, hn::Gt(hn::Abs(laplacian), hn::Mul(hn::Set(d, settings.threshold), hn::Abs(r))))) return true;

@@ -11,13 +11,13 @@ namespace tessera::tilecore {
 struct FoveationSettings {
   double r0 = 0, r1 = 0;                // pixels; r0 = 0: off
   double focus_x = 0.5, focus_y = 0.5;  // of the frame
-  std::string focus_node;               // the focus follows it; "": it rests
+  std::string focus_node;               // node that the focus follows; "": the focus rests
 
   bool on() const { return r0 > 0; }
 };
 
-// Foveated rendering: what is far from where the eye looks needs fewer samples. Steps, so that neighbouring blocks
-// share a pattern.
+// Foveated rendering: areas far from the focus of the gaze need fewer samples. The rate falls in steps, so that
+// neighbouring blocks share a pattern.
 struct Foveation {
   bool on = false;
   Vec2 focus{0.0f};      // pixels of the frame
@@ -31,8 +31,8 @@ struct Foveation {
         r0(static_cast<float>(settings.r0)),
         r1(static_cast<float>(settings.r1)) {}
 
-  // Most samples that a block of 4x4 pixels gets whose middle is at `middle`: 16 up to r0, 8 up to r1, 4 beyond.
-  // Without foveation 32, which limits nothing.
+  // Most samples of a block of 4x4 pixels whose middle is at `middle`: 16 up to r0, 8 up to r1, 4 beyond. Without
+  // foveation 32, which limits no block.
   int max_samples(Vec2 middle) const {
     if (!on) return 32;
     const Vec2 d = middle - focus;

@@ -11,43 +11,43 @@
 
 namespace tessera::tilecore {
 
-// Lossless compression of finished pixels on their way to memory, as mobile GPUs have it (Arm's AFBC, Qualcomm's UBWC,
-// AMD's DCC). The vendors do not publish their codes; this one follows what they say of them and Rasmusson, Hasselgren
-// and Akenine-Moeller 2007, "Exact and error-bounded approximate color buffer compression and decompression": predict
+// Lossless compression of finished pixels on their way to memory, as in mobile GPUs (Arm's AFBC, Qualcomm's UBWC, AMD's
+// DCC). The vendors do not publish their codes; this one follows their statements and Rasmusson, Hasselgren and
+// Akenine-Moeller 2007, "Exact and error-bounded approximate color buffer compression and decompression": predict
 // within a block, code the residuals at the least width that holds them, keep the block's place in memory so that it
 // stays randomly accessible, and save bandwidth, not room. All sizes are [assumed].
 //
-// A block is 16x4, 8x8, 8x4 or 4x4 pixels (frame_format.h), row by row. Each channel of N bits on its own:
+// A block is 16x4, 8x8, 8x4 or 4x4 pixels (frame_format.h), row by row. Each channel of N bits is coded separately:
 //   1. half floats -> an unsigned integer in the order of their values (negative ones below), 16 bits, one to one;
 //   2. residual = value - prediction modulo 2^N, zigzag (0, -1, 1, -2 ...). Prediction by one of four, that which
 //      makes the channel shortest; the first pixel is predicted as 0;
 //   3. stream: 2 bits of predictor; N bits, the first pixel's value; then for each 4x4 pixels 5 bits, the width W of
 //      its widest residual, 0 to N, and its residuals at W bits each, the first pixel's left out.
-// The streams of the channels follow each other, lowest bit first, rounded up to bursts. A stream that takes as many
-// bursts as the pixels do is not used: the block is raw. Every block has a header in an array of its own (AFBC and UBWC
-// do the same), which says how many bursts it takes; 0 bursts: all bits are 0, as after a clear.
+// The streams of the channels follow each other, lowest bit first, rounded up to bursts. If the stream takes as many
+// bursts as the pixels, the block is stored raw. Every block has a header in a separate array (as in AFBC and UBWC),
+// which holds its number of bursts; 0 bursts: all bits are 0, as after a clear.
 enum class Predictor : std::uint8_t {
   kLeft,
   kUp,
-  kPlane,     // left + up - the one between them
+  kPlane,     // left + up - the pixel between them
   kGradient,  // kPlane clamped to the range of left and up (Weinberger et al. 2000, LOCO-I)
 };
 inline constexpr int kPredictorCount = 4;
 
-inline constexpr std::size_t kBlockHeaderBytes = 1;  // [assumed] as DCC has per 256 bytes
+inline constexpr std::size_t kBlockHeaderBytes = 1;  // [assumed] DCC's size for 256 bytes
 inline constexpr std::size_t kLargestBlockPixels = 64;
 inline constexpr std::size_t kLargestBlockBytes = kLargestBlockPixels * 8;
 
 struct CompressedBlock {
-  std::size_t payload_bytes = 0;  // in memory: whole bursts; raw blocks take what their pixels take
+  std::size_t payload_bytes = 0;  // in memory: whole bursts; a raw block takes the bytes of its pixels
   std::size_t stream_bits = 0;    // before it is rounded up; 0 when cleared, 8 * payload_bytes when raw
   bool raw = false;
   std::array<std::uint8_t, kLargestBlockBytes> payload{};
 };
 
-// A block that reaches beyond the frame is filled up by the caller; copies of the nearest pixels cost least.
+// The caller fills up a block that reaches beyond the frame; copies of the nearest pixels cost least.
 //
-// Blocks that a format is stored in: 256 bytes of pixels.
+// Shape of the blocks of a format: 256 bytes of pixels.
 struct BlockShape {
   int width = 8, height = 4;
   ChannelBits bits{16, 16, 16, 16};
@@ -60,8 +60,8 @@ constexpr BlockShape stored_block(FrameFormat format) {
   return {8, frame_pixel_bytes(format) == 8 ? 4 : 8, channel_bits(format)};
 }
 
-// `codes` are 4 * width * height, channel by channel of each pixel; width is 4, 8 or 16, height 4, or 8 of what is no
-// wider; burst_bytes divides the raw bytes and is at least 8 (all checked).
+// `codes` are 4 * width * height, channel by channel of each pixel; width is 4, 8 or 16; height is 4, or 8 if width is
+// at most 8; burst_bytes divides the raw bytes and is at least 8 (all checked).
 //
 // Invariants (cited by the tests):
 //   FC1  decompress(compress(x)) == x for any bits: NaNs with their payload, infinities, -0, denormals.
@@ -70,7 +70,7 @@ constexpr BlockShape stored_block(FrameFormat format) {
 CompressedBlock compress_block(std::span<const std::uint16_t> codes, const BlockShape& shape, std::size_t burst_bytes);
 void decompress_block(const CompressedBlock& block, const BlockShape& shape, std::span<std::uint16_t> codes);
 
-// Bytes of payload that compress_block() would give, without writing them: for the ledger.
+// Bytes of payload that compress_block() would give; writes none, for the ledger.
 std::size_t compressed_block_bytes(std::span<const std::uint16_t> codes, const BlockShape& shape,
                                    std::size_t burst_bytes);
 // For blocks of half floats, four rows high.
@@ -94,7 +94,7 @@ constexpr std::size_t block_header_bytes(std::size_t blocks, std::size_t burst_b
 // IEEE 754 binary16 bits of a float, rounded to nearest, ties to even; beyond 65519 infinity; NaN stays NaN, quiet.
 std::uint16_t half_bits(float value);
 
-// The values that the halves of colours stand for: as_halves() of x has the half_bits() of x.
+// Rounds colours to the values of their halves: as_halves() of x has the half_bits() of x.
 void as_halves(std::span<const Vec4> colors, Vec4* out);
 
 // One pixel of the finished frame.

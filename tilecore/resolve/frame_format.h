@@ -9,13 +9,13 @@
 
 namespace tessera::tilecore {
 
-// How finished pixels lie in memory.
-//   rgba8    what a display shows: light times exposure through the tone map (shaders_cpp/tone_map.h), as sRGB codes of 8
+// Format of finished pixels in memory.
+//   rgba8    displayed colours: light times exposure through the tone map (shaders_cpp/tone_map.h), as sRGB codes of 8
 //            bits; coverage in 8 bits
 //   rgb10a2  the same in 10 bits; coverage in 2
 //   rgba16f  linear light and coverage as half floats
-// The emulator's images keep the linear light from before the store: EXR files and comparisons see colours as they were
-// shaded. Memory, signatures, compression and what the resolve unit reads between pixels of the frame before have the codes.
+// The emulator's images keep the linear light from before the store: EXR files and comparisons get colours as shaded.
+// Memory, signatures, compression and the resolve unit's reads between pixels of the previous frame have the codes.
 enum class FrameFormat : std::uint8_t { kRgba8, kRgb10a2, kRgba16f };
 
 // Bytes per pixel of the finished frame in memory.
@@ -38,13 +38,13 @@ constexpr ChannelBits channel_bits(FrameFormat format) {
   return {16, 16, 16, 16};
 }
 
-// Between colours, linear RGB and coverage, and pixels in memory.
+// Conversion between colours (linear RGB and coverage) and pixels in memory.
 //
 // Invariants (cited by the tests):
 //   FF1  code(stored(c)) == code(c) where light times exposure is at most 0.75. Above, where the tone map compresses, no
 //        channel differs by more than a tenth of its codes: a step of the largest channel then stands for much light, and for
 //        much of the white that the others have.
-//   FF2  A code is the nearest to its channel's value; NaN and what is negative become 0, what is too bright the largest.
+//   FF2  A code is the nearest to its channel's value; NaN and negative values become 0, too bright ones the largest code.
 class PixelCoder {
  public:
   explicit PixelCoder(FrameFormat format = FrameFormat::kRgba8, float exposure = 1.0f)
@@ -56,7 +56,7 @@ class PixelCoder {
   bool tone_maps() const { return format_ != FrameFormat::kRgba16f; }
 
   PixelCode code(const Vec4& color) const;
-  // The colours that stored pixels stand for, in linear light.
+  // The colours of stored pixels, in linear light.
   void stored(std::span<const Vec4> colors, Vec4* out) const;
   Vec4 stored(const Vec4& color) const {
     Vec4 out;

@@ -12,55 +12,55 @@
 
 namespace tessera::tilecore {
 
-// How far some places of a frame lie from where they were a frame ago, in pixels (motion_field.h).
+// Displacement, in pixels, of some places of a frame since the previous frame (motion_field.h).
 struct CameraMotion {
   bool known = false;
   std::array<Vec2, 9> pixels{};
   bool operator==(const CameraMotion&) const = default;
 };
 
-// The state that one frame leaves to the next: all that the resolve unit carries between frames. With it and the
-// capture a replay may go on at any frame. (Where vertices were follows from the frame's number.)
+// The state that one frame leaves to the next: everything that the resolve unit carries between frames. With it and the
+// capture a replay can continue at any frame. (The previous places of vertices follow from the frame's number.)
 //
 // Arrays of pixels hold a value per pixel of the region, row by row; arrays of blocks one per block of 4x4 pixels.
 // Blocks lie on multiples of four pixels of the whole frame, whatever the region.
 //
-// The emulated machine keeps `color` as the frame buffer, in its format, and beside it what is where: for each block a
-// surface and its plane; where a block sees several surfaces, or one that is not plane enough, a record of each pixel
-// as well (packed_records.h). `depth` is what these records say. What is read between pixels is `rounded`; a pixel that
-// is copied has the same code either way, and the emulator keeps the colour that was shaded.
+// The emulated machine keeps `color` as the frame buffer, in its format, and beside it the surfaces: for each block one
+// surface and its plane, or, if a block sees several surfaces or one that is not plane enough, a record of each pixel
+// (packed_records.h). `depth` holds the depths of these records. Reads between pixels use `rounded`; a copied pixel has
+// the same code either way, and the emulator keeps its shaded colour.
 //
-// There are two frame buffers, with their records: one is read while the other is written. `stay` says of which blocks
-// the machine knows the signature, and whether what lies in the other buffer is the same (unchanged_blocks.h).
+// There are two frame buffers, with their records: one is read while the other is written. `stay` tells for which
+// blocks the machine knows the signature, and whether the other buffer holds the same content (unchanged_blocks.h).
 struct History {
   static constexpr std::uint64_t kSurfaceBytes = 8;  // depth and surface of a pixel
-  // A block has a surface, 1/z, its gradient in 24 bits each, and which of the pixels were reconstructed.
+  // The record of a block holds a surface, 1/z, its gradient in 24 bits each, and the mask of reconstructed pixels.
   static constexpr std::uint64_t kPlaneBytes = 16;
-  // Regime, whether anything is seen, and frames of rejects, or of a block without any `stay`.
+  // Regime, whether any surface is seen, and the number of rejecting frames, or, for a block without any, `stay`.
   static constexpr std::uint64_t kBlockBytes = 1;
   static constexpr std::uint64_t kContrastBytes = 1;  // of a block
   static constexpr float kPlaneError = 1.0f / 4096;   // share of its depth by which a plane may miss a pixel
   static constexpr std::uint8_t kRegime = 63, kNothingSeen = 64;  // in `memory`
 
   IntRect region;
-  std::int64_t frame = kNone;  // that it was filled by
+  std::int64_t frame = kNone;  // number of the frame that filled it
   std::vector<Vec4> color;     // linear RGB and coverage, as resolved
-  // The depth of the sample nearest to the pixel's middle; infinity. Negative: the colour was reconstructed from other
-  // pixels.
+  // The depth of the sample nearest to the pixel's middle; infinity if there is none. A negative depth marks a colour
+  // that was reconstructed from other pixels.
   std::vector<float> depth;
   std::vector<std::uint32_t> surface;  // as PixelSurfaces::surface
 
   CameraMotion camera;                 // since the frame before; unknown after the first
   std::vector<std::uint8_t> memory;    // per block: BlockDecision::memory() in kRegime, kNothingSeen
-  std::vector<std::uint8_t> reject;    // per block: frames for which nothing is advected here
+  std::vector<std::uint8_t> reject;    // per block: number of frames that advect no pixel here
   std::vector<std::uint8_t> contrast;  // per block: block_contrast.h
-  enum Stay : std::uint8_t { kUnknown, kSigned, kSettled };  // kSettled: signed, and as in the frame before
+  enum Stay : std::uint8_t { kUnknown, kSigned, kSettled };  // kSettled: signed, and equal to the previous frame
   std::vector<std::uint8_t> stay;                            // per block
-  // Bytes of blocks of the compressed frame buffer (stored_block()) and of cells of packed records; empty: there are
+  // Bytes of blocks of the compressed frame buffer (stored_block()) and of cells of packed records; empty if there are
   // none.
   std::vector<std::uint16_t> payload, cells;
 
-  // `color` as the frame buffer has it; empty: it is the same. Follows from `color`, and is not saved.
+  // `color` in the precision of the frame buffer; empty if it is equal. It follows from `color`, and is not saved.
   std::vector<Vec4> rounded;
   const Vec4* between_pixels() const { return rounded.empty() ? color.data() : rounded.data(); }
 
@@ -78,16 +78,16 @@ struct History {
     return static_cast<std::size_t>(y / 4 - region.y0 / 4) * static_cast<std::size_t>(block_columns()) +
            static_cast<std::size_t>(x / 4 - region.x0 / 4);
   }
-  // Whether a block around (x, y), or that itself, is rejected.
+  // Whether the block of (x, y) or a block around it is rejected.
   bool rejected_around(int x, int y) const;
 
-  // Whether block `b` is known to see nothing.
+  // Whether block `b` is known to see no surface.
   bool empty_block(std::size_t b) const { return (memory[b] & kNothingSeen) != 0; }
 
-  // Everything, in the host's byte order; as a file, whole or not at all. Throws WriteError.
+  // All of it, in the host's byte order; save() writes a file completely or not at all. Throws WriteError.
   std::string bytes() const;
   void save(const std::filesystem::path& file) const;
-  // Throws InputError when the file is not such a file or is damaged, LimitError when its region has more than
+  // Throws InputError for a file of another kind or a damaged one, LimitError when its region has more than
   // `max_pixels`.
   static History restore(const std::filesystem::path& file, std::uint64_t max_pixels);
 

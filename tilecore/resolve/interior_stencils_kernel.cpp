@@ -17,7 +17,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 // ---- One stencil ------------------------------------------------------------------------------------------------
 
-// `taps.at(dx, dy)`: what lies there, seen from the pixel to fill or from both of a pair.
+// `taps.at(dx, dy)`: the tap there, relative to the pixel to fill or to both pixels of a pair.
 template <Stencil S, std::size_t First, std::size_t Count, class Taps>
 HWY_INLINE auto sum_of_taps(const Taps& taps) {
   if constexpr (Count == 1)

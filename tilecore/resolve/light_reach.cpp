@@ -13,7 +13,7 @@ namespace {
 
 using shaders::Light;
 
-// Both ends of the shutter of a light that the frame has.
+// A light of the frame at both ends of the shutter.
 struct Keys {
   const Light &open, &close;
   bool operator==(const Keys& o) const { return open == o.open && close == o.close; }
@@ -66,12 +66,13 @@ LightReach::LightReach(const scene::FrameGeometry& now, const scene::FrameGeomet
   const bool lights_differ = now.lights != then.lights;
   if (moved.empty() && !lights_differ) return;
   const std::size_t count = now.lights[0].size();
-  // Lights come and go: which is which nobody knows. Curved motion leads elsewhere than the keys say.
+  // If the number of lights changes, no light has a known counterpart. With curved motion the keys do not bound the
+  // path.
   if (count != then.lights[0].size() || ((!now.segments.empty() || !then.segments.empty()) && lights_differ)) {
     everywhere_ = true;
     return;
   }
-  std::vector<std::size_t> changed;  // lights that are others, or of which something that moves keeps light off
+  std::vector<std::size_t> changed;  // lights that differ, or that a moving drawable shadows
   for (std::size_t i = 0; i < count; ++i) {
     const bool same = keys_of(now, i) == keys_of(then, i), casts = casts_at(now, i) || casts_at(then, i);
     if (same && casts && !moved.empty() && now.lights[0][i].type == Light::Type::kDirectional)
@@ -122,10 +123,10 @@ bool LightReach::reaches(Vec3 middle, float radius) const {
              const float behind = std::max(0.0f, glm::dot(offset, volume.direction));
              return !(distance2 - behind * behind > reach * reach);
            }
-           // Not less: what is not a number is reached.
+           // Not written as "less", so that NaN counts as reached.
            if (distance2 > reach * reach) return false;
            if (volume.shape == Shape::kSphere) return true;
-           // How far outside of the cone's mantle the middle is, on a plane through its axis.
+           // Distance of the middle from the cone's mantle, to the outside, on a plane through its axis.
            const float along = glm::dot(offset, volume.direction),
                        across = std::sqrt(std::max(0.0f, distance2 - along * along));
            return !(across * volume.cosine - along * volume.sine > radius);

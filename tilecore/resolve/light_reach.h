@@ -10,18 +10,18 @@
 
 namespace tessera::tilecore {
 
-// Irradiance over pi, what a white diffuse surface shows of it, below which a light does not count: the least
-// step of an image of eight bits. A highlight of a smooth surface may show more; the discrepancy check finds it.
+// Irradiance over pi, the radiance of a white diffuse surface, below which a light does not count: the least step of an
+// image of eight bits. A highlight of a smooth surface may be brighter; the discrepancy check finds it.
 inline constexpr float kUnseenLight = 1.0f / 256;
 
-// The places where light may differ between two frames: there colours may not be taken over from the earlier one. Lights
-// that differ change what they reach in either frame. Point and spot lights fade with distance (KHR_lights_punctual), so
-// that each has a sphere beyond which nothing shows that it changed; a spot lights its cone alone. Directional lights
-// reach everything. A drawable that casts and is elsewhere in the two frames, or moves within one, changes everything that
-// point and spot lights which cast reach and, of a directional one, what lies behind its bounding sphere along the rays.
+// The places where light may differ between two frames: colours there may not be taken from the earlier frame. A light
+// that differs affects its reach in either frame. Point and spot lights fade with distance (KHR_lights_punctual), so
+// each has a sphere beyond which its change is invisible; a spot affects its cone alone. Directional lights reach
+// everything. A shadow caster that moves between the two frames, or within one, affects the whole reach of point and
+// spot lights that cast and, for a directional one, the space behind its bounding sphere along the rays.
 //
 // Invariant (cited by the tests):
-//   LR1  Where nothing reaches, irradiance of what changed is at most pi * kUnseenLight, all such lights together.
+//   LR1  Outside of the reach, the irradiance of all changed lights together is at most pi * kUnseenLight.
 class LightReach {
  public:
   LightReach() = default;
@@ -32,7 +32,7 @@ class LightReach {
   bool everywhere() const { return everywhere_; }
   std::size_t volumes() const { return volumes_.size(); }
 
-  // Whether any falls on the ball around `middle`, in world space.
+  // Whether any changed light falls on the ball around `middle`, in world space.
   bool reaches(Vec3 middle, float radius) const;
   // World position of the point at depth z that frame `now` shows at `pixel`.
   Vec3 point(Vec2 pixel, float z) const {
@@ -45,14 +45,14 @@ class LightReach {
   struct Volume {
     Vec3 position, direction;
     float radius;
-    Shape shape;         // kShaft: a sphere, and all that is behind it along the direction
+    Shape shape;         // kShaft: a sphere and the space behind it along the direction
     float cosine, sine;  // of a cone's outer angle
   };
-  // Up to so many drawables that cast and move have a shaft each; where there are more, everything is reached.
+  // Each moving caster has a shaft, up to this number; with more, everything is reached.
   static constexpr std::size_t kMaxShafts = 64;
 
   void add(const shaders::Light& light, float least);
-  // What drawables that moved keep a directional light off.
+  // Adds the space in which moved drawables may change the shadow of a directional light.
   void add_shafts(const scene::FrameGeometry& now, const scene::FrameGeometry& then, std::span<const std::size_t> moved,
                   std::size_t light);
 

@@ -13,22 +13,22 @@
 
 namespace tessera::tilecore {
 
-// Where the points of a frame's surfaces were in another frame, or are for another eye: what vertex positions of both,
-// interpolated at a hit, would say. Positions are those at shutter open through a pinhole, in both frames; what a
-// shutter and a lens add to a sample's place is the same in both and does not count as motion.
+// The places of a frame's surface points in another frame, or for another eye: vertex positions of both, interpolated
+// at a hit. Positions are at shutter open through a pinhole, in both frames; the displacement of a sample by shutter
+// and lens is the same in both and does not count as motion.
 //
-// Drawables whose vertices keep their places in object space (all but deforming ones) moved as a whole: one matrix on
-// the point's place in raster space is exact and needs no surface. The points of deforming ones are evaluated at both
-// poses; where pixels interpolate a patch's surface between the vertices of its grid, the vertices are, and their places
-// in both frames are interpolated likewise.
+// A drawable whose vertices keep their places in object space (any but a deforming one) moves as a whole: one matrix on
+// the point's place in raster space is exact and needs no surface. Points of deforming drawables are evaluated at both
+// poses. If pixels interpolate a patch's surface between the vertices of its grid, the vertices are evaluated instead,
+// and their places in both frames are interpolated likewise.
 //
 // Invariants (cited by the tests):
 //   MF1  A drawable of kind kStill looks the same in both frames through every sample: no motion between them, nor
 //        during the shutters.
 //   MF2  A point with w <= 0 in either frame, or of a drawable without an inverse, is not usable.
-//   MF3  Where a drawable's shading is the same in both frames, the pixel shader is told the same of its points, but for
-//        the lights and where they are seen from.
-//   MF4  Where pixels interpolate a deforming patch's surface, a point's places are those of its triangle's vertices,
+//   MF3  If a drawable's shading is the same in both frames, the pixel shader gets the same inputs for its points, except
+//        for the lights and the viewpoint.
+//   MF4  If pixels interpolate a deforming patch's surface, a point's places are its triangle's vertex places,
 //        weighed in raster space.
 class MotionField {
  public:
@@ -39,16 +39,16 @@ class MotionField {
 
   Kind kind(std::uint32_t drawable) const { return motions_[drawable].kind; }
   bool all_still() const { return all_still_; }
-  // Every sample sees what lies behind everything as it was.
+  // Whether every sample sees the background as before.
   bool camera_rests() const { return camera_rests_; }
-  // False: values of its material are animated and differ, or its vertices stay where they are and their normals or
-  // tangents do not. Where vertices move as well, their normals turn with them; what a colour taken over then gets
-  // wrong is for the discrepancy check to find.
+  // False if animated values of its material differ, or if its vertices stay where they are but their normals or
+  // tangents do not. If vertices move as well, their normals turn with them; the discrepancy check finds the error of a
+  // colour that is taken over then.
   bool same_shading(std::uint32_t drawable) const { return motions_[drawable].same_shading; }
-  // For which share of the time between the frames the shutter is open in `now`; 0: it is not, or the frames are the
-  // same moment.
+  // Share of the time between the frames in which the shutter is open in `now`; 0 if it is closed, or if the frames are
+  // the same moment.
   float shutter() const { return shutter_; }
-  // Lights are part of what the pixel shader is told; where one that changed reaches, colours may not be taken over.
+  // Lights are inputs of the pixel shader; colours may not be taken over in the reach of a changed one.
   const LightReach& lights() const { return lights_; }
 
   struct Point {
@@ -61,11 +61,11 @@ class MotionField {
     float depth = 0;      // in `then`
     bool usable = false;
   };
-  // Where a point of a deforming drawable is in both frames at shutter open: (xh, yh, depth, w).
+  // Places of a point of a deforming drawable in both frames at shutter open: (xh, yh, depth, w).
   struct Places {
     Vec4 now{0.0f}, then{0.0f};
   };
-  // By the surface's parameters in its patch or, of a cluster, in the triangle of `at`.
+  // By the surface's parameters in its patch or, for a cluster, in the triangle of `at`.
   Places places(const SurfaceLocation& at, Vec2 parameters) const {
     return {surface_raster(now_, at, parameters, 0), surface_raster(then_, at, parameters, 0)};
   }
@@ -82,7 +82,7 @@ class MotionField {
     const Mat4& m = motions_[d].reprojection;
     return step_to(rest, m[0] * (rest.x * w) + m[1] * (rest.y * w) + m[2] * z + m[3]);
   }
-  // The same for the points of a block. Where bit i of `usable` is 0 velocity, depth and speed are, too.
+  // The same for the points of a block. If bit i of `usable` is 0, velocity, depth and speed are 0, too.
   struct RigidPoints {
     static constexpr std::size_t kCount = 16;
     alignas(64) std::array<float, kCount> x, y, depth;
@@ -99,7 +99,7 @@ class MotionField {
     bool same_shading = true;
     Mat4 reprojection{1.0f};  // rigid: (xh, yh, depth, 1) now to (xh, yh, depth, w) then
   };
-  // To homogeneous raster coordinates in `then`.
+  // The step to homogeneous raster coordinates in `then`.
   static Step step_to(Vec2 rest, const Vec4& r) {
     if (!(r.w > 0)) return {};
     const Step step{rest - Vec2(r.x, r.y) / r.w, r.z, true};
@@ -116,13 +116,14 @@ class MotionField {
   bool all_still_ = true, camera_rests_ = false, orthographic_ = false;
 };
 
-// By how many pixels each of History::kCameraPlaces places of the previous frame, `then`, is elsewhere in `now` because
-// the camera moved: what rests there in the scene, at the depth that `history` has. Infinite: behind the eye now.
+// Displacement in pixels, by the camera's motion, of each of History::kCameraPlaces places of the previous frame,
+// `then`: each is taken as a point at rest in the scene, at the depth in `history`. Infinite if it is now behind the
+// eye.
 CameraMotion camera_motion(const scene::FrameGeometry& now, const scene::FrameGeometry& then, const History& history);
 
-// Whether the camera's motion is another than it was, by more than `pixels` in most places: a cut, or it stops or
-// starts. The eye has followed nothing that moves now, so that it sees coarser shading of it. Not where either is
-// unknown.
+// Whether the camera's motion differs from its previous motion by more than `pixels` in most places: a cut, or a stop
+// or start. The eye has not followed any surface that moves now, so that it would see coarser shading. False if either
+// is unknown.
 bool is_cut(const CameraMotion& before, const CameraMotion& now, float pixels);
 
 }  // namespace tessera::tilecore

@@ -17,8 +17,9 @@ struct ResolveCounters {
   std::uint64_t pixels_shaded = 0;
 };
 
-// Multisample resolve: the colour of a pixel is the mean of its samples in linear light, its coverage the share of them
-// that see something. Writes the tile's pixels and, unless a TileStore does, charges the default frame buffer for them.
+// Multisample resolve: the colour of a pixel is the mean of its samples in linear light, its coverage the share of
+// samples that see a surface. Writes the tile's pixels and, unless a TileStore does, charges the default frame buffer
+// for them.
 //
 // `color` and `coverage` hold spp values per pixel, row by row; `pixels` is the tile, `target` the image of `region`.
 struct ResolveInput {

@@ -16,8 +16,8 @@ namespace tessera::tilecore {
 //   8 bits   per tap: weight, two's complement
 //   3 bits   per tap: dx from the pixel to fill to the tap, two's complement, -3..3
 //   3 bits   per tap: dy
-// The weights sum to a power of two, 64, 128 or 256: the largest for which all of them fit. So the sum, which a decoder
-// has anyway, says by how many places the result is shifted, or by how much its exponent is lowered, and is not stored.
+// The weights sum to a power of two, 64, 128 or 256: the largest for which all of them fit. A decoder sums the weights
+// anyway, so the shift of the result (or of its exponent) follows from the sum and is not stored.
 inline constexpr std::size_t kMaxTaps = 16;
 inline constexpr std::size_t kCountBits = 4, kWeightBits = 8, kOffsetBits = 3;
 constexpr std::size_t packed_stencil_bits(std::size_t taps) {
@@ -42,7 +42,7 @@ struct Stencil {
   constexpr bool operator==(const Stencil&) const = default;
 };
 
-// Two's complement of `bits` bits that begin at bit `at`.
+// Reads `bits` bits from bit `at` on, as two's complement if signed.
 constexpr int read_packed(std::span<const std::uint8_t> stream, std::size_t at, std::size_t bits, bool is_signed) {
   int value = 0;
   for (std::size_t b = 0; b < bits; ++b) value |= (stream[(at + b) / 8] >> ((at + b) % 8) & 1) << b;
@@ -64,7 +64,7 @@ constexpr Stencil unpack_stencil(std::span<const std::uint8_t> stream, std::size
   return s;
 }
 
-// Writes over bits that are 0; returns the bit after the last.
+// Writes over bits that must be 0; returns the bit after the last.
 constexpr std::size_t pack_stencil(const Stencil& s, std::span<std::uint8_t> stream, std::size_t at) {
   write_packed(stream, at, kCountBits, static_cast<int>(s.count) - 1);
   const std::size_t weights = at + kCountBits, xs = weights + kWeightBits * s.count, ys = xs + kOffsetBits * s.count;
@@ -78,8 +78,8 @@ constexpr std::size_t pack_stencil(const Stencil& s, std::span<std::uint8_t> str
 
 // ---- Which stencil a pixel has ----------------------------------------------------------------------------------
 
-// A symmetry of the pixel grid: axes exchanged first, then signs flipped. Stencils that are equal up to one are kept
-// once.
+// A symmetry of the pixel grid: axes exchanged first, then signs flipped. Stencils that are equal up to a symmetry are
+// stored once.
 struct GridSymmetry {
   std::uint8_t bits = 0;  // 1: exchange x and y; 2: negate x; 4: negate y
 
@@ -91,7 +91,7 @@ struct GridSymmetry {
   }
 };
 
-// Sides of the block beyond which nothing may be used.
+// Sides of the block beyond which no pixel may be used.
 enum BorderSide : unsigned { kLeftBorder = 1, kRightBorder = 2, kTopBorder = 4, kBottomBorder = 8 };
 inline constexpr unsigned kBorderCases = 16;
 
@@ -102,7 +102,7 @@ inline constexpr std::size_t kTableKernels = 4;
 
 // The generator writes one for each kernel, border case, pattern and pixel.
 struct StencilIndexEntry {
-  std::uint16_t stencil = 0xffff;  // 0xffff: the pixel is rendered, or has no stencil that holds, or no table
+  std::uint16_t stencil = 0xffff;  // 0xffff: rendered pixel, no stencil that holds, or no table
   GridSymmetry symmetry;           // from the stored stencil to the pixel's
 };
 inline constexpr std::uint16_t kNoStencil = 0xffff;
@@ -117,8 +117,8 @@ constexpr unsigned mirrored_border(unsigned border, unsigned mirror) {
   return border;
 }
 
-// The stencil that reconstruct_block() uses, largest weight first; none where it evaluates
-// directly. `pattern`: one of kSquareOrder or kPairOrder. `border`: a sum of BorderSide.
+// The stencil that reconstruct_block() uses, largest weight first; nullopt if it evaluates directly. `pattern`: one of
+// kSquareOrder or kPairOrder. `border`: a sum of BorderSide.
 std::optional<Stencil> table_stencil(Reconstruction kernel, BlockMask pattern, unsigned border, int pixel);
 
 // The size of the tables in a machine that keeps them: all stencils, and one index entry of 16 bits per kernel, border

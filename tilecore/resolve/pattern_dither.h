@@ -9,7 +9,7 @@
 
 namespace tessera::tilecore {
 
-// Which pixels of a block are rendered, and in which frame. What of US 2015/0379692 is here and where the rest is:
+// The pixels of a block that each frame renders. Paragraphs of US 2015/0379692 and their places here:
 //   [0028]         blocks of 4x4, as in all of its figures; "16x16, or other size" saves less
 //   [0033] [0060]  rates of 4*s samples, made of s squares: 4, 8 and 16 of 4x4; a threshold of speed for each
 //                  (rate_selector.h)
@@ -20,12 +20,12 @@ namespace tessera::tilecore {
 //   [0064]         stencils confined to a tile (tile_border.h); 32 samples on 16 pixels: resolve.supersampling
 //   [0073] [0074]  stereo; a focus, which may move here: foveation.h
 
-// Which pixels of a 4x4 block are rendered: bit 4*y + x is pixel (x, y) of the block.
+// The rendered pixels of a 4x4 block: bit 4*y + x is pixel (x, y) of the block.
 using BlockMask = std::uint16_t;
 inline constexpr BlockMask kFullBlock = 0xffff;
 
-// kCounter: the frame number picks the pattern. kSeeded: a hash of seed and frame does; it forgets what it chose
-// before, so it promises nothing of how long a pixel may stay unrendered. kOff: the pattern of frame 0 always.
+// kCounter: the frame number picks the pattern. kSeeded: a hash of seed and frame picks it, without memory, so it does
+// not limit how long a pixel may stay unrendered. kOff: always the pattern of frame 0.
 enum class DitherOrder { kCounter, kSeeded, kOff };
 
 struct DitherSettings {
@@ -33,7 +33,7 @@ struct DitherSettings {
   std::uint32_t seed = 0;
 };
 
-// The sparse square {0,2}x{0,2} shifted by (x, y), each 0 or 1: all that four samples in a block can be.
+// The sparse square {0,2}x{0,2} shifted by (x, y), each 0 or 1: the four possible sets of four samples in a block.
 constexpr BlockMask sparse_square(int x, int y) { return static_cast<BlockMask>(0x0505u << (x + 4 * y)); }
 
 // Squares in the order in which the counter takes them. Two frames in a row are diagonal neighbours where they can be:
@@ -50,9 +50,9 @@ inline constexpr std::array<BlockMask, 2> kPairOrder = {
     static_cast<BlockMask>(sparse_square(0, 0) | sparse_square(1, 1)),
     static_cast<BlockMask>(sparse_square(1, 0) | sparse_square(0, 1))};
 
-// Four samples of a block that moves and takes over the others: one in each row and column, so that what no longer shows
-// along a row, an edge that a surface makes before itself, has a witness (discrepancy.h). Squares leave every second row
-// without one.
+// Four samples of a moving block that takes over the others: one in each row and column. Pixels that stop being visible
+// along a row, at an edge that a surface draws before it, then have a witness in that row (discrepancy.h). Squares
+// leave every second row without one.
 constexpr BlockMask one_in_each_row(unsigned shift) {
   unsigned mask = 0;
   for (unsigned y = 0; y < 4; ++y) mask |= 1u << (4 * y + (2 * y + (y >> 1) + shift) % 4);
@@ -67,8 +67,8 @@ inline constexpr std::array<BlockMask, 4> kWitnessOrder = {one_in_each_row(0), o
 // Invariants (cited by the tests):
 //   PD1  exactly `rate` bits are set; four are a sparse square, or with `witnesses` one in each row and column, eight a
 //        pair of squares;
-//   PD2  with kCounter every pixel is rendered rate/4 times in any four frames in a row, and once at least in any
-//        ceil(16/rate), across the wrap of the frame number too, while `witnesses` stays what it is.
+//   PD2  with kCounter every pixel is rendered rate/4 times in any four frames in a row, and at least once in any
+//        ceil(16/rate), across the wrap of the frame number too, as long as `witnesses` does not change.
 inline BlockMask dither_mask(int rate, std::uint32_t frame, const DitherSettings& settings, bool witnesses = false) {
   TESSERA_CHECK(rate == 4 || rate == 8 || rate == 16, "a block is rendered at 4, 8 or 16 samples");
   if (rate == 16) return kFullBlock;
@@ -79,7 +79,7 @@ inline BlockMask dither_mask(int rate, std::uint32_t frame, const DitherSettings
   return rate == 4 ? (witnesses ? kWitnessOrder : kSquareOrder)[step % 4] : kPairOrder[step % 2];
 }
 
-// Half the pixels, alternating from frame to frame: what checkerboard rendering shades.
+// Half the pixels, alternating from frame to frame: the pixels that checkerboard rendering shades.
 constexpr BlockMask checkerboard_mask(std::uint32_t frame) { return kPairOrder[frame % 2]; }
 
 }  // namespace tessera::tilecore

@@ -9,7 +9,7 @@
 namespace tessera::tilecore {
 namespace {
 
-// Number of the sample nearest to the middle of its pixel; the pattern's offsets are those of every pixel.
+// Number of the sample nearest to the middle of its pixel; the pattern has the same offsets in every pixel.
 std::size_t center_of(const TileSamples& samples) {
   std::size_t best = 0;
   float best2 = std::numeric_limits<float>::infinity();
@@ -73,7 +73,7 @@ void PixelSurfaces::gather_opaque(const scene::FrameGeometry& frame, const TileS
                                   const MotionField* motion) {
   const auto n = static_cast<std::size_t>(spp);
   const std::vector<std::uint32_t>& drawable_of = frame.assembly->patch_drawable;
-  // Neighbouring pixels mostly see one patch: what it belongs to is looked up once.
+  // Neighbouring pixels mostly see one patch, so its properties are looked up once.
   std::uint32_t last_patch = TileState::kNoPatch, last_surface = 0;
   constexpr std::uint8_t kBoth = kAtRest | kSameShading;
   std::uint8_t last_still = kBoth;
@@ -87,7 +87,7 @@ void PixelSurfaces::gather_opaque(const scene::FrameGeometry& frame, const TileS
   const float* const depths = state.z.data() + center_sample;
   const std::size_t count = depth.size();
   for (std::size_t pixel = 0; pixel < count; ++pixel) {
-    // Mostly the samples see what the pixel before does.
+    // Mostly the samples see the same patch as the previous pixel.
     const std::size_t alike = n == 4 ? pixels_that_see(last_patch, &patches[4 * pixel], count - pixel) : 0;
     if (alike != 0) {
       for (std::size_t k = 0; k < alike; ++k) depth[pixel + k] = depths[4 * (pixel + k)];
@@ -128,7 +128,7 @@ void PixelSurfaces::gather_layers(const scene::FrameGeometry& frame, const TileS
                                   const MotionField* motion) {
   samples_with_layers += state.layers.size();
   const auto n = static_cast<std::uint32_t>(spp);
-  // Layers come in any order: what is added up does not tell.
+  // Layers come in any order; a sum does not depend on it.
   std::vector<std::uint32_t> sum(depth.size(), 0);
   for (const TileState::Layer& layer : state.layers) {
     const std::size_t pixel = layer.sample / n;

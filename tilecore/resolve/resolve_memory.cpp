@@ -1,4 +1,4 @@
-// The resolve unit and memory: blocks that stay as they are, reads and writes of the history.
+// The resolve unit and memory: unchanged blocks, reads and writes of the history.
 #include <algorithm>
 #include <cmath>
 #include <span>
@@ -13,7 +13,7 @@
 namespace tessera::tilecore {
 namespace {
 
-// Pixels that a block may move and see no others than those of the blocks around.
+// Motion in pixels up to which a block sees only pixels of the blocks around it.
 constexpr float kNearMotion = 3.0f;
 
 std::size_t place_in_block(int x, int y) { return static_cast<std::size_t>(4 * (y & 3) + (x & 3)); }
@@ -52,7 +52,7 @@ void ResolveUnit::compare_with_signature(ResolveFrame& resolve, const Memory& me
     ++history_counters_.wrong_blocks;
     for_each_pixel(block.pixels, [&](int x, int y) { colors_[surfaces_.index(x, y)] = then.color[then.pixel(x, y)]; });
   }
-  // Without a signature the colours of what is copied are fetched, and say the same.
+  // Without a signature the colours of copied pixels are fetched, and the comparison uses them.
   const bool as_fetched = !known && block.copied && same;
   resolve.next->stay[b] = as_before || as_fetched ? History::kSettled : History::kSigned;
   block.kept = as_before && then.stay[b] == History::kSettled && !open && resolve.written[b] == 0;
@@ -99,7 +99,7 @@ void ResolveUnit::find_unchanged_blocks(ResolveFrame& resolve, const Memory& mem
 
 // ---- Traffic ----------------------------------------------------------------------------------------------------
 
-// Sends what was touched to the L2.
+// Sends the touched bursts to the L2.
 std::uint64_t ResolveUnit::read_touched(const Memory& memory, std::uint32_t first_line) {
   std::uint64_t count = 0;
   for (const TouchedBursts::Run& run : touched_.runs()) {
@@ -190,7 +190,7 @@ void ResolveUnit::charge(ResolveFrame& resolve, const Memory& memory) {
   const HistoryMemory places(memory, settings, resolve.next->region);
   const IntRect& tile = unchanged_.blocks;
   if (resolve.previous.history != nullptr) {
-    // Decisions look at the blocks around; what is reprojected may lie farther away.
+    // Decisions read the blocks around; reprojected pixels may lie farther away.
     const int around = advects(settings) ? 1 : 0;
     std::vector<IntRect> states;
     if (reads_blocks(settings))
@@ -230,7 +230,7 @@ void ResolveUnit::charge(ResolveFrame& resolve, const Memory& memory) {
 
 // ---- Contrast of blocks, from frame to frame ---------------------------------------------------------------------
 
-// The largest of the bytes of the blocks that the block lay in; what nobody looked at, an edge, is left out.
+// The largest byte of the blocks that the block came from; blocks without a measurement, such as edges, are left out.
 float ResolveUnit::contrast_before(const History& history, Block& block) {
   const IntRect& pixels = block.pixels;
   const Vec2 motion = velocity_.velocity()[surfaces_.index(std::min((pixels.x0 & ~3) + 2, pixels.x1 - 1),
@@ -256,7 +256,7 @@ void ResolveUnit::keep_contrast(ResolveFrame& resolve) {
   for (const Block& block : blocks_) {
     std::uint8_t& kept = next.contrast[next.block(block.pixels.x0, block.pixels.y0)];
     kept = kUnknownContrast;
-    if (block.rests()) {  // what a kept block leaves, and what others at rest leave, is the same
+    if (block.rests()) {  // a kept block and others at rest leave the same byte
       kept = then->contrast[then->block(block.pixels.x0, block.pixels.y0)];
       continue;
     }
@@ -265,14 +265,14 @@ void ResolveUnit::keep_contrast(ResolveFrame& resolve) {
         measure_contrast(&colors_[surfaces_.index(block.pixels.x0, block.pixels.y0)], surfaces_.pixels.width(),
                          static_cast<BlockMask>(block.rendered | block.advected), counters_.contrast_operations);
     kept = contrast_code(measured.contrast / block.left_by_blur);
-    // A sixteenth of what was known is forgotten in each frame that cannot see it.
+    // A frame that cannot measure the contrast forgets a sixteenth of the known one.
     if (!measured.known_enough)
       kept = std::max(kept, static_cast<std::uint8_t>(block.last_contrast - block.last_contrast / 16));
   }
 }
 
-// A square whose blocks are all kept is neither read nor written; blocks at rest in another are read before it is
-// written.
+// A square whose blocks are all kept is neither read nor written; another square with blocks at rest is read before it
+// is written.
 void ResolveUnit::charge_contrast(const HistoryMemory& places, const Memory& memory) {
   constexpr int kSide = HistoryMemory::kContrastSide;
   const IntRect& tile = unchanged_.blocks;

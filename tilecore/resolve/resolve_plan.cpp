@@ -1,4 +1,4 @@
-// First half of the resolve unit: what is decided before anything is shaded.
+// First half of the resolve unit: the decisions before shading.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -14,7 +14,7 @@
 namespace tessera::tilecore {
 namespace {
 
-// For a motion that was found usable, so that it fits an int.
+// Rounds up a usable motion, which fits an int.
 int ceiling(float v) {
   const int whole = static_cast<int>(v);
   return whole + (static_cast<float>(whole) < v ? 1 : 0);
@@ -84,8 +84,9 @@ bool ResolveUnit::is_edge(const ResolveFrame& resolve, Block& block) {
   return true;
 }
 
-// How far apart a pixel of the block and what its samples see at shutter open through a pinhole are, in pixels: by how
-// much lens and motion blur it. The mean of all samples that see something opaque; of the pixels the least.
+// Blur by lens and motion, in pixels: the distance of a pixel of the block from the places at shutter open, through a
+// pinhole, of the surfaces that its samples see. Takes the mean over all samples of an opaque surface, and the least of
+// the pixels.
 float ResolveUnit::blur_of(const Block& block) const {
   const TileSamples& samples = *samples_;
   const TileState& state = *state_;
@@ -105,8 +106,8 @@ float ResolveUnit::blur_of(const Block& block) const {
   return std::isfinite(least) ? least : 0.0f;
 }
 
-// Finds out what is there, and whether it is one surface, at rest; how near it comes is asked for only where another
-// eye may see it.
+// Finds the block's surfaces, and whether they are one surface, at rest; computes the nearest depth only if there is
+// another eye.
 void ResolveUnit::look_at_pixels(const ResolveFrame& resolve, Block& block, float& nearest) const {
   const std::size_t first = surfaces_.index(block.pixels.x0, block.pixels.y0);
   const std::uint32_t surface = surfaces_.surface[first];
@@ -148,7 +149,7 @@ void ResolveUnit::look_at_pixels(const ResolveFrame& resolve, Block& block, floa
   block.same_shading = (still & PixelSurfaces::kSameShading) != 0;
 }
 
-// Asks the host for what plan_block() will read of the history, and complete() write, so that it is there by then.
+// Prefetches on the host the history that plan_block() will read and complete() will write.
 void ResolveUnit::fetch_ahead(const ResolveFrame& resolve, const Block& block) const {
   const History& next = *resolve.next;
   for (int y = block.pixels.y0; y < block.pixels.y1; ++y) {
@@ -188,7 +189,7 @@ float ResolveUnit::slope_of(const Block& block) const {
   return std::isfinite(slope) ? slope : 0.0f;
 }
 
-// Where a block sees one surface that is plane enough, three numbers say where all of it is.
+// Records a plane, three numbers, if a block sees one surface that is plane enough.
 void ResolveUnit::record(bool orthographic, Block& block) {
   for_each_pixel(block.pixels, [&](int x, int y) {
     const std::size_t pixel = surfaces_.index(x, y);
@@ -226,7 +227,7 @@ void ResolveUnit::record(bool orthographic, Block& block) {
 bool ResolveUnit::is_relit(const MotionField& motion, const Block& block) {
   const LightReach& lights = motion.lights();
   if (lights.none() || lights.everywhere()) return lights.everywhere();
-  // A ball around what the block's pixels see.
+  // A ball around the surfaces of the block's pixels.
   Vec3 low(std::numeric_limits<float>::infinity()), high(-low);
   for_each_pixel(block.pixels, [&](int x, int y) {
     const float z = surfaces_.depth[surfaces_.index(x, y)];
@@ -261,7 +262,7 @@ void ResolveUnit::decide(const ResolveFrame& resolve, Block& block) {
     counters_.history_rejected += rejected;
     evidence.advection_allowed = !rejected && block.same_shading && !is_relit(*resolve.previous.motion, block);
   }
-  // Where all is still edges do not decide.
+  // If all is still, edges do not decide.
   const bool copies = block.still && evidence.advection_allowed;
   if (!copies || resolve.auxiliary) {
     block.outline = is_outline(block);
@@ -276,14 +277,14 @@ void ResolveUnit::decide(const ResolveFrame& resolve, Block& block) {
     evidence.speed = motion.speed;
     const bool may_be_fast = needed && motion.usable && motion.speed > settings.rates.thresholds.reuse;
     if (const float shutter = may_be_fast ? resolve.previous.motion->shutter() : 0.0f; shutter > 0) {
-      // Samples see what they see, on average, half of the shutter's way from where that was at shutter open.
+      // On average, samples see a surface displaced by half of its way during the shutter.
       evidence.blurred_speed = state_->keeps_rest ? 2.0f * blur_of(block) / shutter : 0.0f;
       counters_.velocity_operations += 16 * kBlurOperations;
       if (state_->keeps_rest) places_ += 16 * static_cast<std::uint64_t>(spp_);
       block.left_by_blur = left_by_blur(std::min(motion.speed, evidence.blurred_speed) * shutter);
     }
     if (reads_contrast(settings) && !evidence.edge) {
-      const float least = 0.5f * settings.rates.thresholds.half_rate;  // what is slower will hardly be fast in a frame
+      const float least = 0.5f * settings.rates.thresholds.half_rate;  // slower blocks will hardly be fast soon
       block.leaves_contrast = !motion.usable || motion.speed >= least;
       if (motion.usable && motion.speed >= least && history != nullptr)
         evidence.contrast = contrast_before(*history, block) * block.left_by_blur;
@@ -299,8 +300,8 @@ void ResolveUnit::settle(const ResolveFrame& resolve, Block& block, const BlockE
   const ResolveSettings& settings = resolve.settings;
   block.decision = select_rate(settings.rates, evidence);
   if (block.decision.advect) block.slope = slope_of(block);
-  // The other eye sees what is far away where this one does. Velocities of what is at rest are those since the
-  // last frame, zero.
+  // The other eye sees far surfaces at the same place. Velocities of surfaces at rest are since the last frame, and
+  // zero.
   const bool smooth = !block.edge || block.creased || block.outline;
   if (resolve.other_eye.history != nullptr && smooth && !block.still && nearest > resolve.other_eye_depth &&
       !block.decision.advect) {
@@ -429,8 +430,8 @@ void ResolveUnit::try_advection(const ResolveFrame& resolve, Block& block, Block
   });
 }
 
-// Returns those of `wanted` of a block at rest that the history has as they would be shaded (ADV1 of advection.h):
-// their samples saw the same surfaces in the same places, and what it keeps of them was not reconstructed.
+// Returns the pixels of `wanted`, of a block at rest, whose colours in the history equal the shaded ones (ADV1 of
+// advection.h): their samples saw the same surfaces in the same places, and the history did not reconstruct them.
 BlockMask ResolveUnit::kept_pixels(const History& history, const Block& block, BlockMask wanted, Vec4* out16) const {
   BlockMask kept = 0;
   for_each_pixel(block.pixels, [&](int x, int y) {

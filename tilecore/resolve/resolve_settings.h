@@ -14,22 +14,22 @@
 
 namespace tessera::tilecore {
 
-// Which pixels are shaded.
+// Choice of the shaded pixels.
 enum class Desampling {
-  kOff,           // all; nothing of the resolve unit but the multisample resolve runs
+  kOff,           // all; only the multisample resolve of the resolve unit runs
   kAdaptive,      // by motion, edges and history (rate_selector.h)
   kFixed8,        // half of every block, edges included: a yardstick
   kFixed4,        // a quarter of every block
-  kCheckerboard,  // half, alternating, filled from the four neighbours whatever they show: the usual baseline
+  kCheckerboard,  // half, alternating, filled from all four neighbours on any surface: the usual baseline
 };
 
 // Whether stencils stop at the tile's border, or read pixels of neighbouring tiles in a second pass.
 enum class StencilReach { kTile, kNeighbours };
 
-// Which colours of the previous frame are read.
+// Source of the colours of the previous frame.
 enum class HistoryColors {
   kFrameBuffer,  // its finished pixels, in the frame buffer's format and as it lies in memory
-  kApart,        // as they were shaded, single precision, kept beside it: 16 bytes a pixel are written again
+  kApart,        // as shaded, single precision, kept beside it: 16 bytes a pixel more are written
 };
 inline constexpr std::uint64_t kApartColorBytes = 16;
 
@@ -48,22 +48,22 @@ struct ResolveSettings {
   StencilReach reach = StencilReach::kTile;
   FoveationSettings foveation;
   HistoryColors colors = HistoryColors::kFrameBuffer;
-  bool skip_unchanged = true;  // blocks that stay as they are (unchanged_blocks.h); no key: false for tests alone
+  bool skip_unchanged = true;  // unchanged blocks (unchanged_blocks.h); no key: false for tests alone
 };
 Keys<ResolveSettings> resolve_keys();
 
 // Throws UsageError when thresholds or radii are out of order.
 void check_resolve(const ResolveSettings& settings);
 
-// Whether blocks may take pixels from the previous frame, and so want its records (depth and surface of each pixel).
+// Whether blocks may take pixels from the previous frame, and so need its records (depth and surface of each pixel).
 constexpr bool advects(const ResolveSettings& s) {
   return s.desampling == Desampling::kAdaptive && s.advect && s.rates.thresholds.reuse > 0;
 }
-// Whether decisions want the contrast that the previous frame left of each block.
+// Whether decisions need the contrast that the previous frame left of each block.
 constexpr bool reads_contrast(const ResolveSettings& s) {
   return s.desampling == Desampling::kAdaptive && s.rates.pattern_error > 0;
 }
-// Whether they want its regime for the hysteresis, its rejects for advection.
+// Whether decisions need its regimes for the hysteresis, or its rejects for advection.
 constexpr bool reads_blocks(const ResolveSettings& s) {
   return advects(s) || (s.desampling == Desampling::kAdaptive && s.rates.thresholds.hysteresis > 0);
 }

@@ -39,11 +39,10 @@ struct RectTransfer {
   }
 };
 
-// How far from a missing pixel its stencil looks, in pixels.
+// Largest distance of a stencil's taps from a missing pixel, in pixels.
 int stencil_reach(const ResolveSettings& settings) {
   if (settings.desampling == Desampling::kCheckerboard) return 1;
-  // Where a kernel finds nothing within its reach, the nearest usable pixel stands in: one of the block's own at the
-  // latest.
+  // If a kernel finds no usable pixel within its reach, the nearest one is used: at the latest one of the block's own.
   return settings.reconstruction == Reconstruction::kNearest ? kWindowMargin : kernel_reach(settings.reconstruction);
 }
 
@@ -195,7 +194,7 @@ void ResolveUnit::resolve_pixels(ResolveFrame& resolve, const FrameTargets& targ
   const History& next = *resolve.next;
   for (const Block& block : blocks_) {
     const int shift = block.pixels.x0 & 3, width = block.pixels.width();
-    // Where the image will be written.
+    // Prefetches the rows of the image that will be written.
     for (int y = block.pixels.y0; y < block.pixels.y1; ++y)
       __builtin_prefetch(targets.color.at(block.pixels.x0 - targets.region.x0, y - targets.region.y0).data(), 1);
     for (int y = block.pixels.y0; y < block.pixels.y1; ++y) {
@@ -230,7 +229,7 @@ bool ResolveUnit::is_discrepant(const ResolveFrame& resolve, const Block& block)
   return largest_difference(there, rendered, stride, taken) > settings.tolerance;
 }
 
-// Finds what reprojection would have given for `wanted`, which are rendered; returns those for which it gives anything.
+// Computes the reprojected colours of `wanted`, which are rendered; returns the pixels that have one.
 BlockMask ResolveUnit::advectable(const ResolveFrame& resolve, const Block& block, BlockMask wanted, Vec4* there) {
   BlockMask taken = advect_plain(resolve, block, velocity_, wanted, there, 4);
   if (taken == wanted) return taken;
@@ -249,8 +248,8 @@ std::array<std::uint16_t, kWindowSide> ResolveUnit::usable_window(const ResolveF
   const History& next = *resolve.next;
   const IntRect& reach = records.region;
   const int x0 = block.pixels.x0 & ~3, y0 = block.pixels.y0 & ~3;
-  // Inverse depth goes on as in the block: what lies elsewhere is another surface of the same drawable. An edge has no
-  // such plane. Nor has what is seen before nothing, whose depth is infinite.
+  // Inverse depth continues the block's plane: pixels off the plane show another surface of the same drawable. A block
+  // with an edge has no such plane. Nor has a blended surface in front of no other, whose depth is infinite.
   const bool whole = block.pixels.width() == 4 && block.pixels.height() == 4;
   const bool plane = whole && !block.edge && resolve.settings.desampling == Desampling::kAdaptive &&
                      std::isfinite(records.depth_at(x0, y0));

@@ -36,38 +36,38 @@ struct DesamplingCounters {
   std::uint64_t samples_skipped = 0, invocations_saved = 0;
 };
 
-// Where advected pixels come from: an earlier frame, or this frame for the other eye.
+// Source of advected pixels: an earlier frame, or this frame for the other eye.
 struct AdvectionSource {
   const History* history = nullptr;  // nullptr: there is none
   const MotionField* motion = nullptr;
 };
 
-// The tile cores of one frame share this about its resolve; they only read it but for `next` and `origin`, in which
-// tiles write disjoint pixels.
+// Data about the resolve that the tile cores of one frame share. They only read it, except for `next` and `origin`, in
+// which tiles write disjoint pixels.
 struct ResolveFrame {
   ResolveSettings settings;
   Foveation foveation;        // of frames of this size
   std::uint32_t number = 0;   // of the frame, for the dither
-  AdvectionSource previous;   // `motion` alone: speeds are known, nothing may be advected
+  AdvectionSource previous;   // `motion` alone: speeds are known, but no pixel may be advected
   AdvectionSource other_eye;  // stereo: the left eye's finished frame
   float other_eye_depth = 0;  // both eyes must see a point farther than this
-  bool keeps_records = true;  // the next frame's advection, or the right eye, will want depth and surface of each pixel
-  bool keeps_blocks = false;  // what stays as it is is neither read nor written
-  bool cut = false;           // the camera's motion is another than in the frame before
-  bool auxiliary = false;     // images show velocities and edges that nothing needs; not counted
+  bool keeps_records = true;  // the next frame's advection, or the right eye, needs depth and surface of each pixel
+  bool keeps_blocks = false;  // unchanged blocks are neither read nor written
+  bool cut = false;           // the camera's motion differs from the previous frame's
+  bool auxiliary = false;     // images show velocities and edges that the machine does not need; not counted
   CreaseDetector creases;
   History* next = nullptr;
   std::vector<std::uint8_t> origin;   // per pixel of the region: PixelOrigin
-  std::vector<std::uint8_t> written;  // per block of the region: colours of this frame were, and may be again
+  std::vector<std::uint8_t> written;  // per block of the region: colours of this frame were written, and may be again
   std::vector<std::uint8_t>
       deferred;  // per block of the region: to be filled in the second pass; 1, or 2 when it has an edge
 };
 enum class PixelOrigin : std::uint8_t { kShaded, kAdvected, kReconstructed };
 
 // Decides which pixels of a tile are shaded and fills the others. Works on resolved pixels, by blocks of 4x4 that lie
-// on multiples of four pixels of the frame. Keeps its scratch memory; one instance per thread.
+// on multiples of four pixels of the frame. Owns scratch memory; one instance per thread.
 //
-//   plan():     surfaces -> edges, velocity -> rate -> pattern -> which pixels advection can give -> pixel-shader invocations
+//   plan():     surfaces -> edges, velocity -> rate -> pattern -> advectable pixels -> pixel-shader invocations
 //   check():    mean of samples -> discrepancy -> pixels that are shaded after all
 //   complete(): their mean -> stencils -> history, frame buffer
 //   finish_deferred(), StencilReach::kNeighbours only: when all tiles are complete, the stencils that reach into other tiles
@@ -77,14 +77,14 @@ enum class PixelOrigin : std::uint8_t { kShaded, kAdvected, kReconstructed };
 //        threads.
 //   RU2  With StencilReach::kNeighbours neither do images; without, stencils stop at the tile's border.
 //   RU3  A pixel that is shaded has the colour that it has without desampling, bit for bit.
-//   RU4  A pixel that sees nothing is never skipped: it costs no pixel-shader invocation.
+//   RU4  A pixel without a surface is never skipped: it costs no pixel-shader invocation.
 //   RU5  A pixel that neither advection nor a rendered pixel of its surface in the block can give is shaded.
-//   RU6  What the history keeps of a pixel is what the image shows. Nothing is kept, or charged, that nobody reads. A
-//        block that stays as it is is neither read nor written, and the image is the same.
+//   RU6  The history keeps each pixel as the image shows it. It keeps, and charges, only data that is read. An
+//        unchanged block is neither read nor written, and the image is the same.
 //   RU7  A reconstructed pixel is never taken over: the history marks it.
 class ResolveUnit {
  public:
-  // How traffic is charged, and what it keeps lies in memory.
+  // The storage of the history and the charging of its traffic.
   using Memory = HistoryStorage;
 
   void plan(const ResolveFrame& resolve, const scene::FrameGeometry& frame, const TileSamples& samples,
@@ -93,20 +93,20 @@ class ResolveUnit {
   // The PixelRate of each pixel of the tile planned last.
   std::span<const std::uint8_t> pixel_rates() const { return pixel_rates_; }
 
-  // `color` and `coverage`: spp values per pixel; those of skipped pixels are not read. True: what was taken over is
-  // not what is there; the pixels with reshade_mask() == 1 are to be shaded, before complete() is called.
+  // `color` and `coverage`: spp values per pixel; values of skipped pixels are not read. Returns true if pixels were
+  // taken over wrongly; the caller then shades the pixels with reshade_mask() == 1 before it calls complete().
   bool check(ResolveFrame& resolve, std::span<const Vec3> color, std::span<const float> coverage);
   std::span<const std::uint8_t> reshade_mask() const { return reshade_mask_; }
 
-  // The image of `targets` is then ready for the TileStore. True: finish_deferred() has pixels left to fill.
+  // Makes the image of `targets` ready for the TileStore. Returns true if finish_deferred() has pixels left to fill.
   bool complete(ResolveFrame& resolve, std::span<const Vec3> color, std::span<const float> coverage,
                 const Memory& memory, FrameTargets& targets);
   // The blocks of the tile completed last.
   const UnchangedBlocks& unchanged() const { return unchanged_; }
-  // Since the last call: lines of the L2 that were asked for, from 0 on in a memory of their own.
+  // Lines of the L2 requested since the last call, numbered from 0 in a memory of their own.
   std::vector<std::uint32_t> take_lines() { return std::exchange(lines_, {}); }
 
-  // The TileStore changed the image of the tile completed last: so does the history.
+  // Takes over into the history the changes that the TileStore made to the image of the tile completed last.
   void keep_stored(ResolveFrame& resolve, const FrameTargets& targets) const;
 
   // Second pass over a tile; no other tile may still be incomplete.
@@ -115,10 +115,10 @@ class ResolveUnit {
   DesamplingCounters take_counters() { return std::exchange(counters_, {}); }
   HistoryCounters take_history_counters() { return std::exchange(history_counters_, {}); }
   std::uint64_t take_pixels_shaded() { return std::exchange(pixels_shaded_, 0); }
-  // Places at shutter open that it asked for, of samples that see something elsewhere.
+  // Number of requested places at shutter open, of samples that see a surface elsewhere.
   std::uint64_t take_places() { return std::exchange(places_, 0); }
   memory::Ledger take_ledger() { return std::exchange(ledger_, {}); }
-  // Until take_ledger(), every transfer also goes to `log`.
+  // Sends every transfer also to `log`, until take_ledger().
   void record_accesses(memory::AccessLog* log) { ledger_.record_into(log); }
   void count_skipped(std::uint64_t samples, std::uint64_t invocations);
 
@@ -127,20 +127,20 @@ class ResolveUnit {
     IntRect pixels;
     BlockDecision decision;
     BlockMask rendered = 0, advected = 0, reconstructed = 0;
-    BlockMask again = 0;             // advected or to be reconstructed at first
-    BlockMask exists = 0, seen = 0;  // inside the tile; showing anything
+    BlockMask again = 0;             // pixels first advected or to be reconstructed, to be shaded now
+    BlockMask exists = 0, seen = 0;  // inside the tile; with a surface
     bool uniform = false;            // all pixels show the same surfaces
     bool edge = false, outline = false, creased = false, still = false, same_shading = false, from_other_eye = false;
-    bool plane = false;  // a record of the whole block says where its pixels are
+    bool plane = false;  // a record of the whole block gives its pixels' places
     bool leaves_contrast = false;
-    std::uint8_t last_contrast = 0;  // as the frame before has it in its place
+    std::uint8_t last_contrast = 0;  // the previous frame's byte at its place
     float left_by_blur = 1;          // of contrast, by this frame's shutter
     float plane_value = 0, plane_by_x = 0, plane_by_y = 0;
     float slope = 0;      // of depth_limit()
-    bool copied = false;  // at rest; what is not shaded is copied
-    BlockMask lost = 0;   // not copied, as the history has something else
+    bool copied = false;  // at rest; its pixels that are not shaded are copied
+    BlockMask lost = 0;   // not copied, because the history has other pixels
     bool discrepant = false, kept = false;
-    // Shows what the frame before showed there.
+    // Whether it shows the same as in the previous frame.
     bool rests() const { return copied && !discrepant && lost == 0; }
   };
 
@@ -148,13 +148,13 @@ class ResolveUnit {
   void decide(const ResolveFrame& resolve, Block& block);
   void settle(const ResolveFrame& resolve, Block& block, const BlockEvidence& evidence, float nearest);
   void fetch_ahead(const ResolveFrame& resolve, const Block& block) const;
-  // Whether it sees several surfaces.
+  // Whether the block sees several surfaces.
   bool is_outline(const Block& block) const;
   bool is_edge(const ResolveFrame& resolve, Block& block);
   float blur_of(const Block& block) const;
   bool is_relit(const MotionField& motion, const Block& block);
   float slope_of(const Block& block) const;
-  // The contrast of the previous frame where the block comes from, by its motion in velocity_.
+  // The previous frame's contrast at the block's origin, by its motion in velocity_.
   float contrast_before(const History& history, Block& block);
   void keep_contrast(ResolveFrame& resolve);
   void charge_contrast(const HistoryMemory& places, const Memory& memory);
@@ -163,7 +163,7 @@ class ResolveUnit {
   BlockMask reconstructible(const ResolveSettings& settings, const Block& block, BlockMask missing) const;
   void try_advection(const ResolveFrame& resolve, Block& block, BlockMask missing);
   void copy_still(const ResolveFrame& resolve, Block& block, BlockMask missing);
-  // advect() for those pixels of `wanted` for which it is plain; returns them. `out` is of the block's first pixel.
+  // Calls advect() for the plain pixels of `wanted`; returns them. `out` points to the block's first pixel.
   BlockMask advect_plain(const ResolveFrame& resolve, const Block& block, const VelocityBuffer& velocity,
                          BlockMask wanted, Vec4* out, std::ptrdiff_t out_stride);
   bool advect(const ResolveFrame& resolve, const Block& block, const VelocityBuffer& velocity, int x, int y, Vec4& out,
@@ -177,9 +177,10 @@ class ResolveUnit {
   void resolve_pixels(ResolveFrame& resolve, const FrameTargets& targets);
   void look_at_pixels(const ResolveFrame& resolve, Block& block, float& nearest) const;
   bool is_discrepant(const ResolveFrame& resolve, const Block& block);
-  // Whether the border of a highlight runs through it: some rendered pixels are brighter than white, others much darker.
+  // Whether the border of a highlight runs through the block: some rendered pixels are brighter than white, others much
+  // darker.
   bool shows_highlight(const Block& block);
-  // Colours, and depth and surface, of the pixels of `region`, row by row.
+  // Colour, depth and surface of the pixels of `region`, row by row.
   struct Records {
     Vec4* color;
     const float* depth;
@@ -188,7 +189,7 @@ class ResolveUnit {
     std::size_t index(int x, int y) const { return region.index(x, y); }
     float depth_at(int x, int y) const { return std::abs(depth[index(x, y)]); }
   };
-  // Stencils read pixels of `records` alone.
+  // Fills pixels by stencils, which read pixels of `records` alone.
   void reconstruct(ResolveFrame& resolve, const Block& block, const Records& records);
   std::array<std::uint16_t, kWindowSide> usable_window(const ResolveFrame& resolve, const Block& block,
                                                        std::uint32_t surface, const Records& records) const;
@@ -203,7 +204,7 @@ class ResolveUnit {
     std::span<const IntRect> records, colors;     // of pixels
     std::uint32_t first_line;
   };
-  static constexpr std::uint32_t kOtherEyeLine = 1u << 28;  // what it keeps lies behind what this one does
+  static constexpr std::uint32_t kOtherEyeLine = 1u << 28;  // the other eye's history lies behind this eye's
   std::uint64_t read_touched(const Memory& memory, std::uint32_t first_line);
   std::uint64_t write_touched(const Memory& memory);
   void read_history(const ResolveFrame& resolve, const Memory& memory, const HistoryReads& reads);
@@ -213,14 +214,14 @@ class ResolveUnit {
   void charge(ResolveFrame& resolve, const Memory& memory);
 
   PixelSurfaces surfaces_;
-  const TileSamples* samples_ = nullptr;  // of the tile in hand
+  const TileSamples* samples_ = nullptr;  // of the current tile
   const TileState* state_ = nullptr;
   VelocityBuffer velocity_, eye_velocity_;
   std::vector<Block> blocks_;
   std::vector<std::uint8_t> pixel_rates_, reshade_mask_;
-  std::vector<Vec4> colors_;    // per pixel of the tile: the advected ones' from plan() on, then all
+  std::vector<Vec4> colors_;    // per pixel of the tile: from plan() on the advected ones, then all
   std::vector<float> records_;  // depth of each pixel, as the history keeps it
-  // Pixels of the histories whose records (looked at) and whose colours (fetched) were read for this tile.
+  // Pixels of the histories whose records (looked at) and whose colours (fetched) this tile read.
   std::vector<IntRect> looked_at_, eye_looked_at_, fetched_, eye_fetched_;
   std::vector<IntRect> signatures_read_, signatures_written_;  // column and row of blocks
   std::vector<IntRect> contrast_rects_, written_contrast_;     // of blocks
@@ -245,57 +246,59 @@ template <>
 inline constexpr bool kAbsentWhenIdle<tilecore::DesamplingCounters> = true;
 
 template <>
-inline constexpr auto kCounterFields<tilecore::DesamplingCounters> = std::to_array<
-    CounterField<tilecore::DesamplingCounters>>({
-    {"resolve.blocks_rate_4", &tilecore::DesamplingCounters::blocks_rate_4, Combine::kSum, "blocks",
-     "Blocks of 4x4 pixels of which 4 were to be shaded.", ""},
-    {"resolve.blocks_rate_8", &tilecore::DesamplingCounters::blocks_rate_8, Combine::kSum, "blocks",
-     "Blocks of which 8 pixels were to be shaded.", ""},
-    {"resolve.blocks_rate_16", &tilecore::DesamplingCounters::blocks_rate_16, Combine::kSum, "blocks",
-     "Blocks that were shaded fully.", ""},
-    {"resolve.blocks_rate_32", &tilecore::DesamplingCounters::blocks_rate_32, Combine::kSum, "blocks",
-     "Blocks that were shaded at two groups of samples per pixel.", ""},
-    {"resolve.blocks_advected", &tilecore::DesamplingCounters::blocks_advected, Combine::kSum, "blocks",
-     "Of blocks_rate_4 and blocks_rate_8, those whose other pixels come from the previous frame or the other eye.", ""},
-    {"resolve.blocks_foveated", &tilecore::DesamplingCounters::blocks_foveated, Combine::kSum, "blocks",
-     "Blocks with surfaces that foveation limits to fewer than 16 samples.", ""},
-    {"resolve.blocks_edge", &tilecore::DesamplingCounters::blocks_edge, Combine::kSum, "blocks",
-     "Blocks with an edge that is rendered fully, or twice: what is advected nevertheless is not counted.", ""},
-    {"resolve.history_rejected", &tilecore::DesamplingCounters::history_rejected, Combine::kSum, "blocks",
-     "Blocks where nothing was advected because it had gone wrong around them.", ""},
-    {"resolve.blocks_highlight", &tilecore::DesamplingCounters::blocks_highlight, Combine::kSum, "blocks",
-     "Blocks whose pixels that stencils would have filled were shaded after all: the border of a highlight runs "
-     "through "
-     "what was shaded at first.",
-     ""},
-    {"resolve.blocks_discrepant", &tilecore::DesamplingCounters::blocks_discrepant, Combine::kSum, "blocks",
-     "Blocks where what was advected differed from what is there.", ""},
-    {"resolve.pixels_advected", &tilecore::DesamplingCounters::pixels_advected, Combine::kSum, "pixels",
-     "Pixels taken from the previous frame or the other eye.", ""},
-    {"resolve.pixels_reconstructed", &tilecore::DesamplingCounters::pixels_reconstructed, Combine::kSum, "pixels",
-     "Pixels made from rendered neighbours.", ""},
-    {"resolve.advections_disoccluded", &tilecore::DesamplingCounters::advections_disoccluded, Combine::kSum, "pixels",
-     "Pixels shaded because the previous frame shows another surface or depth in their place.", ""},
-    {"resolve.velocity_operations", &tilecore::DesamplingCounters::velocity_operations, Combine::kSum, "operations",
-     "Operations of four channels for that: 5 for a point of a rigid drawable (a matrix and a division), 15 for one of "
-     "a deforming triangle in both frames, 41 for one of a deforming patch, 120 more where it is displaced. Unless "
-     "shading.surface=evaluated, a patch's vertices that a tile's pixels see are evaluated, once each, and points are "
-     "those of triangles.",
-     ""},
-    {"resolve.highlight_tests", &tilecore::DesamplingCounters::highlight_tests, Combine::kSum, "tests",
-     "Shaded pixels of blocks to be filled whose brightness was looked at, to find borders of highlights.", ""},
-    {"resolve.light_tests", &tilecore::DesamplingCounters::light_tests, Combine::kSum, "tests",
-     "Tests of a block against the reach of a light that changed.", ""},
-    {"resolve.contrast_operations", &tilecore::DesamplingCounters::contrast_operations, Combine::kSum, "operations",
-     "Operations of four channels for the contrast of blocks: one for each pixel, three for each difference.", ""},
-    {"resolve.stencil_taps", &tilecore::DesamplingCounters::stencil_taps, Combine::kSum, "multiply-adds",
-     "Rendered pixels that entered a reconstructed one, four channels each.", ""},
-    {"resolve.samples_skipped", &tilecore::DesamplingCounters::samples_skipped, Combine::kSum, "samples",
-     "Visible samples and blended layers of pixels that were not shaded.", ""},
-    {"resolve.invocations_saved", &tilecore::DesamplingCounters::invocations_saved, Combine::kSum, "invocations",
-     "Pixel-shader invocations that those pixels would have taken; with shading.rate=cache the lookups.",
-     "MaliFragThread, as a difference"},
-});
+inline constexpr auto kCounterFields<tilecore::DesamplingCounters> =
+    std::to_array<CounterField<tilecore::DesamplingCounters>>({
+        {"resolve.blocks_rate_4", &tilecore::DesamplingCounters::blocks_rate_4, Combine::kSum, "blocks",
+         "Blocks of 4x4 pixels of which 4 were to be shaded.", ""},
+        {"resolve.blocks_rate_8", &tilecore::DesamplingCounters::blocks_rate_8, Combine::kSum, "blocks",
+         "Blocks of which 8 pixels were to be shaded.", ""},
+        {"resolve.blocks_rate_16", &tilecore::DesamplingCounters::blocks_rate_16, Combine::kSum, "blocks",
+         "Blocks that were shaded fully.", ""},
+        {"resolve.blocks_rate_32", &tilecore::DesamplingCounters::blocks_rate_32, Combine::kSum, "blocks",
+         "Blocks that were shaded at two groups of samples per pixel.", ""},
+        {"resolve.blocks_advected", &tilecore::DesamplingCounters::blocks_advected, Combine::kSum, "blocks",
+         "Blocks of blocks_rate_4 and blocks_rate_8 whose other pixels come from the previous frame or the other eye.",
+         ""},
+        {"resolve.blocks_foveated", &tilecore::DesamplingCounters::blocks_foveated, Combine::kSum, "blocks",
+         "Blocks with surfaces that foveation limits to fewer than 16 samples.", ""},
+        {"resolve.blocks_edge", &tilecore::DesamplingCounters::blocks_edge, Combine::kSum, "blocks",
+         "Blocks with an edge that are rendered fully, or twice; blocks that are advected nevertheless do not count.",
+         ""},
+        {"resolve.history_rejected", &tilecore::DesamplingCounters::history_rejected, Combine::kSum, "blocks",
+         "Blocks without advection because reprojection had gone wrong around them.", ""},
+        {"resolve.blocks_highlight", &tilecore::DesamplingCounters::blocks_highlight, Combine::kSum, "blocks",
+         "Blocks whose missing pixels were shaded instead of filled by stencils, because the border of a highlight "
+         "runs through their first shaded pixels.",
+         ""},
+        {"resolve.blocks_discrepant", &tilecore::DesamplingCounters::blocks_discrepant, Combine::kSum, "blocks",
+         "Blocks whose advected pixels differed from the shaded ones.", ""},
+        {"resolve.pixels_advected", &tilecore::DesamplingCounters::pixels_advected, Combine::kSum, "pixels",
+         "Pixels taken from the previous frame or the other eye.", ""},
+        {"resolve.pixels_reconstructed", &tilecore::DesamplingCounters::pixels_reconstructed, Combine::kSum, "pixels",
+         "Pixels made from rendered neighbours.", ""},
+        {"resolve.advections_disoccluded", &tilecore::DesamplingCounters::advections_disoccluded, Combine::kSum,
+         "pixels", "Pixels shaded because the previous frame shows another surface or depth in their place.", ""},
+        {"resolve.velocity_operations", &tilecore::DesamplingCounters::velocity_operations, Combine::kSum, "operations",
+         "Operations of four channels for velocities: 5 for a point of a rigid drawable (a matrix and a division), 15 "
+         "for a point of a deforming triangle in both frames, 41 for a point of a deforming patch, 120 more if it is "
+         "displaced. Unless shading.surface=evaluated, a patch's vertices that a tile's pixels see are evaluated, once "
+         "each, and points lie on triangles.",
+         ""},
+        {"resolve.highlight_tests", &tilecore::DesamplingCounters::highlight_tests, Combine::kSum, "tests",
+         "Shaded pixels of blocks to be filled whose brightness was tested, to find borders of highlights.", ""},
+        {"resolve.light_tests", &tilecore::DesamplingCounters::light_tests, Combine::kSum, "tests",
+         "Tests of a block against the reach of a light that changed.", ""},
+        {"resolve.contrast_operations", &tilecore::DesamplingCounters::contrast_operations, Combine::kSum, "operations",
+         "Operations of four channels for the contrast of blocks: one for each pixel, three for each difference.", ""},
+        {"resolve.stencil_taps", &tilecore::DesamplingCounters::stencil_taps, Combine::kSum, "multiply-adds",
+         "Rendered pixels that entered a reconstructed one, four channels each.", ""},
+        {"resolve.samples_skipped", &tilecore::DesamplingCounters::samples_skipped, Combine::kSum, "samples",
+         "Visible samples and blended layers of pixels that were not shaded.", ""},
+        {"resolve.invocations_saved", &tilecore::DesamplingCounters::invocations_saved, Combine::kSum, "invocations",
+         "Pixel-shader invocations that the pixels of resolve.samples_skipped would have taken; with "
+         "shading.rate=cache the lookups.",
+         "MaliFragThread, as a difference"},
+    });
 TESSERA_COUNTERS_COVER(tilecore::DesamplingCounters);
 
 }  // namespace tessera

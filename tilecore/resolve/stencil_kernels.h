@@ -11,7 +11,7 @@
 // The two ways to fill pixels; an inner header of cubic_stencil.cpp.
 namespace tessera::tilecore {
 
-// ---- Pixels in any surroundings, one after the other (any_stencils_kernel.cpp) -----------------------------------
+// ---- Pixels in any surroundings, one at a time (any_stencils_kernel.cpp) -----------------------------------------
 
 using UsableRows = std::array<std::uint16_t, kWindowSide>;
 
@@ -22,22 +22,22 @@ struct WindowView {
   const Vec4* at(int x, int y) const { return window.first_pixel + y * window.row_stride + x; }
 };
 
-// How a block's pixels are filled.
+// Method of filling a block's pixels.
 struct FillPlan {
   Reconstruction kernel;
-  std::optional<MirroredPattern> pattern;  // set: the tables hold for `border`
+  std::optional<MirroredPattern> pattern;  // if set, the tables hold for `border`
   unsigned border = 0;
 };
 
-// Fills out16[4*y + x] for `pixels`; the window has a usable pixel. False: some result is not finite.
+// Fills out16[4*y + x] for `pixels`; the window must have a usable pixel. Returns false if a result is not finite.
 bool fill_any(const WindowView& view, const FillPlan& plan, BlockMask pixels, Vec4* out16, ReconstructionWork& work);
 
 // ---- Blocks amid others of their rate: stencils are known at compile time (interior_stencils_kernel.cpp) ---------
 
 struct InteriorBlock {
   MirroredPattern pattern;  // every pixel of the window that it renders within the kernel's reach must be usable
-  BlockMask missing;        // of the pixels that the pattern leaves out: those to fill
-  bool whole;               // all of them are
+  BlockMask missing;        // the pixels to fill, all of them left out by the pattern
+  bool whole;               // `missing` holds all pixels that the pattern leaves out
   const Vec4* first;        // pixel (0, 0) of the block
   std::ptrdiff_t stride;    // of rows, in pixels
   Vec4* out16;              // [4*y + x]
@@ -45,12 +45,12 @@ struct InteriorBlock {
 
 struct InteriorFill {
   std::uint64_t taps = 0;
-  bool finite = true;  // false: some result is not
+  bool finite = true;  // false: a result is not finite
 };
 
-// The kernel must have a table. What the pattern does not render is not read.
+// The kernel must have a table. Pixels that the pattern does not render are not read.
 //
-// Whole blocks are filled two pixels at a time where the instruction set in use has registers of as many: the same sums
+// Whole blocks are filled two pixels at a time if the instruction set in use has registers for as many: the same sums
 // in the same order, and so the same bits.
 InteriorFill fill_interior(Reconstruction kernel, const InteriorBlock& block);
 

@@ -8,11 +8,11 @@
 #include "stencil_tables.h"  // generated
 #include "tilecore/resolve/packed_stencil.h"
 
-// The packed tables as cubic_stencil.cpp computes with them; an inner header.
+// The packed tables in the form that cubic_stencil.cpp computes with; an inner header.
 namespace tessera::tilecore {
 
-// Largest weight first, so that taps of equal weight are neighbours; among them pairs that mirror each other along x,
-// so that they are summed first and pixels above each other share the sum.
+// Sorts by largest weight first, so that taps of equal weight are neighbours. Among them pairs that mirror each other
+// along x come first, so that they are summed first and vertically adjacent pixels share the sum.
 constexpr Stencil sorted_by_weight(Stencil s) {
   const auto comes_before = [](const StencilTap& a, const StencilTap& b) {
     if (a.weight != b.weight) return a.weight > b.weight;
@@ -46,8 +46,8 @@ struct MirroredPattern {
   unsigned mirror;  // as mirrored_pixel()
 };
 
-// By which of the pixels (0, 0), (1, 0), (0, 1), (1, 1) are rendered, bit 0 first; all patterns repeat every two
-// pixels. Nothing for other patterns and for kNearest, which has no table.
+// The pattern by its rendered pixels among (0, 0), (1, 0), (0, 1), (1, 1), bit 0 first; all patterns repeat every two
+// pixels. nullopt for other patterns and for kNearest, which has no table.
 constexpr std::optional<MirroredPattern> pattern_of(Reconstruction kernel, unsigned corner) {
   if (kernel == Reconstruction::kNearest) return std::nullopt;
   switch (corner) {
@@ -83,7 +83,7 @@ constexpr Stencil stencil_of(const StencilIndexEntry& entry) {
   return s;
 }
 
-// How many taps from `first` on have its weight.
+// Number of taps from `first` on that have its weight.
 constexpr std::size_t equal_weights(const Stencil& s, std::size_t first) {
   std::size_t n = 1;
   while (first + n < s.count && s.taps[first + n].weight == s.taps[first].weight) ++n;

@@ -12,18 +12,18 @@ struct ExactTap {
   double weight;
 };
 
-// Square of the distance along a border that a stencil on it has on average: as far apart as missing pixels inside are
-// from what they are made of, along both axes together, so that borders are as wrong as what is inside.
+// Mean squared distance of a border stencil's taps along the border: as large as for interior missing pixels from
+// their taps, both axes together, so that borders have the same error as the interior.
 inline constexpr double kBorderSpread = 0.25;  // [measured] by noise of 2 to 8 pixels, checkers and sinusoids
-// A condition that differs from those before it by less than this share follows from them.
+// A condition that differs from the earlier ones by less than this share counts as dependent on them.
 inline constexpr double kDependent = 1e-3;
 
 // Weights w become w + |w| (a g(dx, dy) + b h(dx, dy) + ...) such that the sums over taps of w g, w h, ... are 0: the least
 // change in the sense of squares over magnitudes.
 struct StencilConditions {
   static constexpr std::size_t kMost = 3;
-  std::size_t count = 2;  // the taps' mean is the pixel along x; along y
-  bool along_x = false;   // the third, if any: the spread along x; along y
+  std::size_t count = 2;  // the mean of the taps is the pixel, along x and along y
+  bool along_x = false;   // direction of the third condition, if any: the spread along x, else along y
 
   double value(std::size_t condition, const ExactTap& t) const {
     if (condition < 2) return condition == 0 ? t.dx : t.dy;
@@ -31,7 +31,7 @@ struct StencilConditions {
   }
 
   void impose(std::span<ExactTap> taps) const {
-    std::array<std::array<double, kMost + 1>, kMost> m{};  // what each changes of each; what is to be changed
+    std::array<std::array<double, kMost + 1>, kMost> m{};  // influence of each condition on each; the needed change
     std::array<double, kMost> diagonal{}, factor{};
     for (const ExactTap& t : taps)
       for (std::size_t r = 0; r < count; ++r) {
@@ -62,13 +62,13 @@ struct StencilConditions {
   }
 };
 
-// Makes a stencil whose taps lie more on one side than on the other, at a tile's border or at a silhouette, give back
+// Makes a stencil whose taps lie more on one side than on the other, at a tile's border or at a silhouette, reproduce
 // ramps of the colour, as kernel regression of first order does (Fan 1992). (Deviations: magnitudes, so that negative
-// lobes do not cancel it; on a straight border the spread along it.) Weights sum to one afterwards. Of stencils that are
-// symmetric along an axis nothing changes along it.
+// lobes do not cancel it; on a straight border the spread along it.) Weights sum to one afterwards. Stencils that are
+// symmetric along an axis do not change along it.
 //
-// Tilted weights hold where their sum is neither a difference of large ones nor next to nothing of the plain one's: taps
-// on one side only cannot tell a ramp's value on the other. Else the plain ones stay. At most N taps.
+// Tilted weights hold if their sum is neither a difference of large terms nor tiny beside the plain one's: taps on one
+// side only cannot give a ramp's value on the other. Otherwise the plain weights stay. At most N taps.
 template <std::size_t N>
 void tilt(std::span<ExactTap> taps) {
   double plain = 0;

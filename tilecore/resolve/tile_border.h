@@ -7,13 +7,13 @@
 
 namespace tessera::tilecore {
 
-// Where stencils stop at a tile's border, pixels on it that lie between a quarter's samples and nothing would be
-// extrapolated. There the samples' rows and columns go on to the border: every second pixel along it is shaded. At any
-// rate a tile's corner is.
+// Stencils that stop at a tile's border would extrapolate pixels on the border that lie beyond a quarter's samples.
+// There the samples' rows and columns continue to the border: every second pixel along it is shaded. At every rate a
+// tile's corner is shaded.
 //
 // Invariants (cited by the tests):
 //   TLB1  With border_line() every pixel of a block lies between rendered pixels, or on one.
-//   TLB2  Blocks away from borders are left as they are, and but for corners patterns that have a sample in every row and
+//   TLB2  Blocks away from borders do not change; nor, except at corners, do patterns that have a sample in every row and
 //        column.
 
 // Sides of the block that are borders of the tile.
@@ -22,10 +22,10 @@ constexpr unsigned tile_borders(const IntRect& tile, const IntRect& block) {
          (block.y0 == tile.y0 ? kTopBorder : 0u) | (block.y1 == tile.y1 ? kBottomBorder : 0u);
 }
 
-// The pixels that are rendered besides `pattern` (pattern_dither.h) in a block of which columns [x0, x1) and rows [y0,
-// y1) exist.
+// The pixels that are rendered besides `pattern` (pattern_dither.h) in a block whose columns [x0, x1) and rows [y0, y1)
+// exist.
 constexpr BlockMask border_line(BlockMask pattern, unsigned borders, int x0 = 0, int y0 = 0, int x1 = 4, int y1 = 4) {
-  unsigned columns = 0, rows = 0;  // that have a sample
+  unsigned columns = 0, rows = 0;  // with a sample
   for (int i = 0; i < 4; ++i) {
     const unsigned row = static_cast<unsigned>(pattern) >> (4 * i) & 15u;
     columns |= row;

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -23,50 +24,50 @@ struct StoreCounters {
   std::uint64_t pixels_coded = 0, pixels_compressed = 0;
 };
 
-// The colours that the frame buffer of a view holds, and signatures of the colours that were written there last. Tiles
-// use disjoint parts of it.
+// The colours in the frame buffer of a view, and the signatures of the colours written last. Tiles use disjoint parts
+// of it.
 struct StoredFrame {
-  std::vector<std::optional<std::uint64_t>> signatures;  // by tile; none: of colours that are not known
-  Image color;                                           // as FrameTargets::color, before it was stored
-  bool known = false;                                    // of a frame before this one
+  std::vector<std::optional<std::uint64_t>> signatures;  // by tile; nullopt: its colours are unknown
+  Image color;                                           // FrameTargets::color before the store
+  bool known = false;                                    // holds an earlier frame
 
-  // Nothing is known of what is there.
+  // Marks the content as unknown.
   void forget(std::size_t tiles, IntRect region);
 };
 
-// How a frame's pixels are stored; keys frame_buffer.*.
+// Storage format of a frame's pixels; keys frame_buffer.*.
 struct FrameStore {
   PixelCoder coder;
   bool compressed = false;
   int signature_bits = 64;
   StoredFrame* before = nullptr;  // transaction elimination; nullptr: every tile is written
-  // Where the frame is compressed and passes load it: the bytes of each block that lies there, row by row, which store()
-  // keeps up to date. nullptr: nobody loads it.
+  // If the frame is compressed and passes load it: the stored bytes of each block, row by row, which store() keeps up
+  // to date. nullptr: no pass loads it.
   std::vector<std::uint16_t>* payloads = nullptr;
 
   std::uint64_t signature_bytes() const { return static_cast<std::uint64_t>(signature_bits + 7) / 8; }
 };
-// The lowest bits of a signature, as many as are kept.
+// The lowest `bits` bits of a signature, which are kept.
 constexpr std::uint64_t kept_bits(std::uint64_t signature, int bits) {
   return bits >= 64 ? signature : signature & ((std::uint64_t{1} << bits) - 1);
 }
 
-// The last unit of a tile core: brings a tile's finished colours into the frame buffer.
+// The last unit of a tile core: stores a tile's finished colours into the frame buffer.
 //
-//   colours -> code of the format -> signature: as in the frame before? nothing is written
+//   colours -> code of the format -> signature: as in the frame before? no write
 //                                 -> blocks, compressed each on its own -> bursts, and a header for each block
 //
-// Without compression a tile's pixels lie row by row in the frame, whose rows begin at bursts; with it, blocks (stored_block()) have a place each,
-// of as many bytes as their pixels take, and their headers an array behind them, tile by tile: the recorder charges
-// that, as bursts of it are shared by tiles. Blocks that the region cuts are filled up with copies of their nearest
-// pixels and take no more than the rows of them that exist.
+// Without compression a tile's pixels lie row by row in the frame, whose rows begin at bursts. With it, each block
+// (stored_block()) has a place of as many bytes as its pixels take; the headers lie in an array behind them, tile by
+// tile, and the recorder charges them, as tiles share bursts of that array. Blocks that the region cuts are filled up
+// with copies of their nearest pixels and take no more than their existing rows.
 //
 // Invariants (cited by the tests):
-//   PS1  What a tile moves does not depend on other tiles.
+//   PS1  The traffic of a tile does not depend on other tiles.
 //   PS2  A compressed tile takes no more bursts than its blocks do raw.
-//   PS3  A tile is not written only if its signature is that of what lies there; were its pixels others nevertheless,
-//        the image shows what lies there, and it is counted.
-//   PS4  Of blocks that are kept nothing is written: with compression, blocks of which all pixels are; without, bursts in
+//   PS3  A tile is left unwritten only if its signature matches the stored content; if its pixels differ nevertheless,
+//        the image shows the stored content, and the mismatch is counted.
+//   PS4  Kept pixels are not written: with compression, blocks of which all pixels are kept; without, bursts in
 //        which only such pixels lie. Bursts with others are written under a mask.
 class TileStore {
  public:
@@ -76,39 +77,42 @@ class TileStore {
     std::uint64_t burst_bytes = 64;
     // A second pass will change pixels of it: it is stored raw, and has no signature.
     bool open = false;
-    const UnchangedBlocks* unchanged = nullptr;  // nullptr: none is
-    // If not nullptr, store() leaves there the bytes of each block of a compressed frame, row by row.
+    const UnchangedBlocks* unchanged = nullptr;  // nullptr: no block is unchanged
+    // Unless nullptr, store() leaves there the bytes of each block of a compressed frame, row by row.
     std::vector<std::uint16_t>* payloads = nullptr;
   };
 
   struct Outcome {
     bool written;  // not eliminated
-    bool changed;  // pixels of the image are not those that were given
+    bool changed;  // the image's pixels differ from the given ones
   };
-  // `color`: of the region. It stays as it is before the store, but for tiles whose signature matches wrongly.
+  // `color`: of the region. It keeps its value from before the store, except for tiles whose signature matches wrongly.
   Outcome store(const FrameStore& how, const Tile& tile, Image& color, memory::Ledger& ledger);
 
-  // Brings a tile's colours into an attachment of that format, which then holds what their codes stand for; whoever moves
-  // its bytes charges them.
+  // Rounds a tile's colours to the codes of an attachment of that format; the caller charges the moved bytes.
   void round(const PixelCoder& coder, const Tile& tile, Image& color);
-  // Charges a tile that reads its pixels of the frame as it lies there, but for headers.
+  // The same for an attachment that keeps every sample: `color` and `coverage` hold `samples` values per pixel of the tile,
+  // row by row. The image gets the mean of the rounded samples, which the pass that loads them resolves.
+  void round_samples(const PixelCoder& coder, const Tile& tile, int samples, std::span<const Vec3> color,
+                     std::span<const float> coverage, Image& image);
+  // Charges a tile that reads its pixels from the frame as they are stored, without headers.
   void load(const FrameStore& how, const Tile& tile, memory::Ledger& ledger);
 
   StoreCounters take_counters() { return std::exchange(counters_, {}); }
 
   // Bytes of the pixels of a frame in memory with their headers, for the map of addresses.
   static std::uint64_t frame_bytes(const FrameStore& how, IntRect region);
-  // Where the headers begin there, and how many a tile has.
+  // Offset of the headers there, and the bytes of a tile's headers.
   static std::uint64_t header_offset(const FrameStore& how, IntRect region);
   static std::uint64_t header_bytes(const FrameStore& how, IntRect tile);
 
  private:
   void find_codes(const FrameStore& how, const Tile& tile, const Image& color);
-  // Whether what lies in the frame buffer has the tile's signature.
+  // Whether the stored content has the tile's signature.
   bool matches(const FrameStore& how, const Tile& tile);
-  // True: the image was wrong.
+  // Copies the stored content into the image; returns true if the image was different.
   bool keep_what_is_there(const FrameStore& how, const Tile& tile, Image& color);
-  // Each fills transfers_ with what a tile moves.
+  // Each fills transfers_ with a tile's transfers.
   void plan_compressed(const FrameStore& how, const Tile& tile);
   void plan_rows(const FrameStore& how, const Tile& tile);
   void plan_payloads(const FrameStore& how, const Tile& tile);
@@ -118,7 +122,7 @@ class TileStore {
   struct Transfer {
     std::uint64_t offset, bytes;
   };
-  std::vector<PixelCode> codes_;  // of the tile in hand, row by row
+  std::vector<PixelCode> codes_;  // of the current tile, row by row
   std::vector<Transfer> transfers_;
   TouchedBursts touched_;
   StoreCounters counters_;
@@ -134,11 +138,10 @@ inline constexpr bool kAbsentWhenIdle<tilecore::StoreCounters> = true;
 template <>
 inline constexpr auto kCounterFields<tilecore::StoreCounters> = std::to_array<CounterField<tilecore::StoreCounters>>({
     {"resolve.tiles_not_written", &tilecore::StoreCounters::tiles_not_written, Combine::kSum, "tiles",
-     "Tiles whose colours have the signature of what lies in the frame buffer, with "
-     "frame_buffer.transaction_elimination.",
+     "Tiles whose colours have the signature of the frame buffer's content, with frame_buffer.transaction_elimination.",
      "MaliFragTileKill (FRAG_TRANS_ELIM)"},
     {"resolve.wrong_matches", &tilecore::StoreCounters::wrong_matches, Combine::kSum, "tiles",
-     "Of these tiles, those whose pixels are others nevertheless: the image is wrong there.", ""},
+     "Tiles of these whose pixels differ nevertheless: the image is wrong there.", ""},
     {"resolve.signature_bytes", &tilecore::StoreCounters::signature_bytes, Combine::kSum, "bytes",
      "Bytes of stored colours hashed for signatures of tiles.", ""},
     {"resolve.pixels_coded", &tilecore::StoreCounters::pixels_coded, Combine::kSum, "pixels",

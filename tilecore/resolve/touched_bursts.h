@@ -10,16 +10,16 @@
 
 namespace tessera::tilecore {
 
-// Which bursts of a memory are touched, each once: what a unit moves that keeps what it has read, or gathers what it
-// writes, until it is finished with a tile.
+// The touched bursts of a memory, each once: the traffic of a unit that keeps its reads, or gathers its writes, until
+// it has finished a tile.
 class TouchedBursts {
  public:
-  // An array that lies row by row in memory.
+  // An array that is stored row by row in memory.
   struct Array {
     IntRect elements;          // all of it
     std::uint64_t bytes = 0;   // of an element
     std::uint64_t offset = 0;  // of the first
-    std::uint64_t pitch = 0;   // bytes from a row to the next; 0: as many as a row has
+    std::uint64_t pitch = 0;   // bytes from a row to the next; 0: rows are contiguous
 
     std::uint64_t row_bytes() const {
       return pitch != 0 ? pitch : static_cast<std::uint64_t>(elements.width()) * bytes;
@@ -30,7 +30,7 @@ class TouchedBursts {
     }
   };
 
-  // Forgets what was touched.
+  // Forgets all touched bursts.
   void start(std::uint64_t burst_bytes) {
     burst_bytes_ = burst_bytes;
     spans_.clear();
@@ -38,7 +38,7 @@ class TouchedBursts {
   void touch(std::uint64_t offset, std::uint64_t bytes) {
     if (bytes != 0) spans_.push_back({offset / burst_bytes_, (offset + bytes - 1) / burst_bytes_ + 1});
   }
-  // `rect` is inside the array; an empty one counts for nothing.
+  // `rect` must lie inside the array; an empty one touches no burst.
   void touch(const Array& array, IntRect rect);
 
   // Runs of touched bursts in the order of their addresses.

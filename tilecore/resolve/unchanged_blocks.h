@@ -10,24 +10,24 @@
 
 namespace tessera::tilecore {
 
-// Blocks of a tile that stay as they are: neither read nor written, as the frame buffer and the records that are
-// written now hold them since two frames ago, and the frame between is known to be the same (History::Stay).
+// Unchanged blocks of a tile, which are neither read nor written: the frame buffer and the records being written hold
+// them since two frames ago, and the frame between is known to be the same (History::Stay).
 struct UnchangedBlocks {
-  IntRect blocks;                  // columns and rows, in 4x4 pixels of the frame, that the tile has
-  std::vector<std::uint8_t> kept;  // of each, row by row
+  IntRect blocks;                  // the tile's columns and rows, in 4x4 pixels of the frame
+  std::vector<std::uint8_t> kept;  // by block, row by row
   bool any = false;
 
   bool at(int column, int row) const { return any && kept[blocks.index(column, row)] != 0; }
-  // Whether all blocks of a rectangle that the tile has are kept.
+  // Whether all blocks of the tile in a rectangle are kept.
   bool all(IntRect of) const;
 };
 
-// A block at rest, and the signature of it that stays in memory: all that is asked of a frame for a block
-// that is kept. A dithered block is shaded by squares of four pixels (pattern_dither.h); what it takes over is not at
-// hand, so each square has a signature of its own.
+// A block at rest, and its signature, which stays in memory and is all that a kept block reads of a frame. A dithered
+// block is shaded by squares of four pixels (pattern_dither.h); its taken-over pixels are not available, so each square
+// has a signature of its own.
 //
 // Invariants (cited by the tests):
-//   KB1  Blocks that are the same match. Of others that differ in their records, or in a square that is wholly shaded,
+//   KB1  Equal blocks match. Of blocks that differ in their records, or in a square that is wholly shaded,
 //        one in 2^24 does (with as many bits).
 struct SignedBlock {
   BlockMask exists = kFullBlock;
@@ -40,9 +40,9 @@ struct BlockSignature {
   std::uint32_t records = 0;
   std::array<std::uint32_t, 4> squares{};  // as kSquareOrder; 24 bits each
 };
-// `bits`: of each part, at most 32 of records, 24 of squares.
+// `bits`: of each part, at most 32 for records, 24 for squares.
 BlockSignature signature_of(const SignedBlock& block, int bits);
-// By records and by those squares of which all pixels that exist are in `shaded`.
+// Compares the records and the squares whose existing pixels are all in `shaded`.
 bool matches(const BlockSignature& a, const BlockSignature& b, BlockMask exists, BlockMask shaded);
 
 }  // namespace tessera::tilecore

@@ -106,7 +106,7 @@ void VelocityBuffer::count_point(std::size_t pixel) {
 MotionField::Step VelocityBuffer::evaluate_pixel(std::size_t pixel) {
   const std::uint32_t patch = surfaces_->patch[pixel];
   if (patch == TileState::kNoPatch) return {Vec2(0.0f), surfaces_->depth[pixel], true};
-  // Neighbouring pixels mostly see one patch: what it belongs to is looked up once.
+  // Neighbouring pixels mostly see one patch, so its properties are looked up once.
   if (patch != last_patch_) {
     last_patch_ = patch;
     last_drawable_ = frame_->assembly->patch_drawable[patch];
@@ -203,8 +203,8 @@ VelocityBuffer::Block VelocityBuffer::evaluate(IntRect block, BlockSpeed statist
       if (counted) count_point(pixel);
       velocity_[pixel] = step.velocity;
       then_depth_[pixel] = step.depth;
-      // A colour that blended surfaces are in moves with them, not with what is behind. That they rest between two
-      // frames tells nothing of two eyes.
+      // A colour with blended surfaces moves with them, not with the surface behind. Their rest between two frames
+      // tells nothing about two eyes.
       const bool nothing_behind = surfaces_->patch[pixel] == TileState::kNoPatch && surfaces_->surface[pixel] != 0;
       usable_[pixel] = step.usable && ((surfaces_->layered[pixel] == 0 && !nothing_behind) ||
                                        (knows_still_ && (surfaces_->still[pixel] & PixelSurfaces::kAtRest) != 0));

@@ -13,38 +13,39 @@
 
 namespace tessera::tilecore {
 
-// Alpha of a point as the alpha test sees it: factor, texture filtered over the pixel at the location's time, vertex
-// colour. It evaluates the patch there.
+// Alpha of a point for the alpha test: factor, texture filtered over the pixel at the location's time, vertex colour.
+// It evaluates the patch there.
 float point_alpha(const scene::FrameGeometry& frame, const SurfaceLocation& at);
-// The same with the finest level of the texture, whoever looks from wherever; procedures are filtered over the pixel.
+// The same with the finest level of the texture, independent of the view; procedures are filtered over the pixel.
 float finest_alpha(const scene::FrameGeometry& frame, const SurfaceLocation& at);
 
-// The alpha of points on one sub-patch after another, as shading.surface says: interpolated between the vertices of their
-// triangles, each of which is evaluated once for the sub-patch, or evaluated at the point. Keeps its scratch memory; one
-// instance per thread.
+// The alpha of points on one sub-patch after another, by the method of shading.surface: interpolated between the
+// vertices of their triangles, each evaluated once for the sub-patch, or evaluated at the point. Owns scratch memory;
+// one instance per thread.
 //
 // Invariants (cited by the tests):
 //   ALT1  At a vertex both are the same, to rounding.
-//   ALT2  Alpha is a function of the location alone: not of what was asked before, nor of the tile.
+//   ALT2  Alpha is a function of the location alone: not of earlier calls, nor of the tile.
 //   ALT3  Many points on SIMD lanes have the alpha of each alone, bit by bit, and ask for the same lines of textures in the
 //         same order.
 class AlphaTest {
  public:
   static constexpr std::size_t kBatch = 256;  // points at once
-  // Starts a sub-patch of a drawable in a frame or a segment of it, which must stay.
+  // Starts a sub-patch of a drawable in a frame or a segment of it; both must outlive its use.
   void begin(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable);
   // Alpha of a location on it, whose time counts within that frame.
   float alpha(const SurfaceLocation& at, TextureUnit* textures);
   // Alpha of up to kBatch locations on one of its patches.
   void alphas(std::span<const SurfaceLocation> at, TextureUnit* textures, std::span<float, kBatch> out);
-  // Vertices that were evaluated since the last call, and bytes of the tile memory that their coordinates took and that
-  // tests read: kMaskVertexBytes to write one, three of them to test a point.
+  // Vertices evaluated since the last call, and bytes of the tile memory for their coordinates: kMaskVertexBytes
+  // written for each vertex, three of them read to test a point.
   struct Work {
     std::uint64_t vertices = 0, bytes = 0;
   };
   Work take_work();
 
-  // A texture coordinate of two floats. Places of vertices are there: the tests of triangles read them.
+  // A texture coordinate of two floats. The tile memory holds the places of vertices anyway, for the tests of
+  // triangles.
   static constexpr std::uint64_t kMaskVertexBytes = 8;
 
  private:
@@ -59,7 +60,7 @@ class AlphaTest {
   VertexOutputs vertices_;
   DrawConstants draw_;
   Work work_;
-  // Of a batch; whole vectors.
+  // Inputs and lines of a batch, in whole vectors.
   std::array<std::array<std::int32_t, kBatch>, 4> vertex_;  // of LaneArrays, then the triangle
   std::array<std::array<float, kBatch>, 4> input_;          // p, q, t, lod
   std::array<std::array<std::int32_t, kBatch>, kLookupLines> lines_;

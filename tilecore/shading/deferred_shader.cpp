@@ -11,9 +11,9 @@
 namespace tessera::tilecore {
 namespace {
 
-constexpr int kBlockSide = 8;  // pixels; what is near on screen is shaded together
+constexpr int kBlockSide = 8;  // pixels; neighbours on screen are shaded together
 
-// Whether any of a pixel's samples does.
+// Whether any of a pixel's samples sees an opaque surface.
 bool sees_opaque(const std::uint32_t* patch, int spp) {
   static_assert(TileState::kNoPatch == 0xFFFFFFFFu);
   std::uint32_t all = TileState::kNoPatch;
@@ -63,6 +63,26 @@ void DeferredShader::shade(const TileJob& job, const TileSamples& samples, TileS
   run_warps(job, samples.pixels);
   color_samples(job, samples);
   if (behind != nullptr) keep_behind(samples, *behind);
+  blend_layers(job, state);
+}
+
+std::uint64_t DeferredShader::fill(const TileJob& job, const TileSamples& samples, TileState& state) {
+  begin(job, samples, {});
+  collect_opaque(job, samples, state);
+  opaque_ = invocations_.size();
+  collect_layers(job, samples, state);
+  fill_warps(job, samples.pixels);
+  constexpr std::uint64_t kNumberBytes = 4;  // of a listed light
+  return kNumberBytes * pixel_shader_.listed_lights();
+}
+
+void DeferredShader::light(const TileJob& job, const TileSamples& samples, TileState& state) {
+  // Records name patches, whose attributes are read again.
+  if (job.shading.layout == GbufferLayout::kExact)
+    for (std::size_t i = 0; i < invocations_.size(); ++i)
+      if (pixel_shader_.filled()[i] != 0) reads_patch(invocations_[i].at.patch);
+  light_warps(job);
+  color_samples(job, samples);
   blend_layers(job, state);
 }
 
@@ -124,11 +144,45 @@ std::uint32_t DeferredShader::ask_for(const TileJob& job, const Invocation& invo
 }
 
 void DeferredShader::run_warps(const TileJob& job, const IntRect& pixels) {
+  if (job.shading.has_gbuffer()) {
+    fill_warps(job, pixels);
+    light_warps(job);
+    return;
+  }
   points_.resize(kept_ + invocations_.size());
   const bool lists = has_light_lists(*job.frame, job.shading.light_lists);
   const Vec3 axis = lists ? axis_through(*job.frame, pixels) : Vec3(0.0f);
   pixel_shader_.shade(*job.frame, job.lighting, invocations_, std::span(points_).subspan(kept_), &textures_,
                       job.warp_lanes(), lists ? &axis : nullptr);
+  count_warps();
+}
+
+void DeferredShader::fill_warps(const TileJob& job, const IntRect& pixels) {
+  points_.resize(kept_ + invocations_.size());
+  const bool lists = has_light_lists(*job.frame, job.shading.light_lists);
+  const Vec3 axis = lists ? axis_through(*job.frame, pixels) : Vec3(0.0f);
+  pixel_shader_.fill(*job.frame, job.lighting, invocations_, std::span(points_).subspan(kept_), &textures_,
+                     job.warp_lanes(), lists ? &axis : nullptr, halves_of(job));
+  count_warps();
+  const std::span<const std::uint8_t> filled = pixel_shader_.filled();
+  const auto fills = [&](std::uint32_t point) { return point != kNone && filled[point - kept_] != 0; };
+  const auto invocations = static_cast<std::uint64_t>(std::ranges::count(filled, 1)),
+             samples = static_cast<std::uint64_t>(std::ranges::count_if(sample_point_, fills));
+  gbuffer_.filled += invocations;
+  gbuffer_.samples += samples;
+  gbuffer_.tile_bytes += (samples + invocations) * job.shading.gbuffer_bytes();
+  // The light half finds the triangles of records once more.
+  if (job.shading.layout == GbufferLayout::kExact) gbuffer_.tile_bytes += TriangleTable::kRecordBytes * invocations;
+}
+
+void DeferredShader::light_warps(const TileJob& job) {
+  pixel_shader_.light(*job.frame, job.lighting, invocations_, std::span(points_).subspan(kept_), &textures_,
+                      job.warp_lanes(), halves_of(job));
+  gbuffer_.light_warps += pixel_shader_.take_light_warps();
+  count_warps();
+}
+
+void DeferredShader::count_warps() {
   counters_.warps += pixel_shader_.take_warps();
   const PixelShader::SurfaceWork again = pixel_shader_.take_surface_work();
   counters_.surface_warps += again.warps;
@@ -143,7 +197,7 @@ void DeferredShader::run_warps(const TileJob& job, const IntRect& pixels) {
 void DeferredShader::set_partners(const TileJob& job, const TileSamples& samples, std::size_t pixel, bool rests,
                                   Invocation& out) const {
   if (job.shading.derivatives != ShadingDerivatives::kQuad || job.shading.rate == ShadingRate::kCache) return;
-  // What moves or is defocused has a quad of its own; still, its place in it is that of its pixel on screen.
+  // A moving or defocused surface has a quad of its own; its place in the quad is still its pixel's place on screen.
   const auto width = static_cast<std::size_t>(samples.pixels.width());
   out.partner_x = rests && pixel % width % 2 == 1 ? -1 : 1;
   out.partner_y = rests && pixel / width % 2 == 1 ? -1 : 1;
@@ -162,7 +216,7 @@ std::uint32_t DeferredShader::ask_for_cell(const TileJob& job, const SurfaceLoca
   return number;
 }
 
-// ---- What is opaque ---------------------------------------------------------------------------------------------
+// ---- Opaque surfaces ---------------------------------------------------------------------------------------------
 
 void DeferredShader::collect_opaque(const TileJob& job, const TileSamples& samples, const TileState& state) {
   sample_point_.assign(samples.count, kNone);
@@ -213,7 +267,7 @@ void DeferredShader::collect_block(const TileJob& job, const TileSamples& sample
   for (const FragmentMerger::Run& run : merger.runs()) {
     const std::size_t s = run.sample, pixel = pixels[run.pixel];
     const std::uint32_t patch = state.patch[s];
-    // In place: a copy would wait for what has just been written.
+    // Filled in place: a copy would wait for the values just written.
     Invocation& asked = add_invocation(job, patch, pixel);
     asked.at.patch = patch, asked.at.triangle = state.triangle[s];
     asked.at.b1 = state.b1[s], asked.at.b2 = state.b2[s];
@@ -283,7 +337,7 @@ void DeferredShader::color_samples(const TileJob& job, const TileSamples& sample
   if (job.background) {
     for (const std::uint32_t s : behind_) sample_color_[s] = *job.background;
   } else {
-    // What is behind everything turns with the camera, segment by segment.
+    // The background turns with the camera, segment by segment.
     const int segments = static_cast<int>(job.frame->segments.size());
     for (int segment = std::min(segments, 1); segment <= segments; ++segment) color_background(job, samples, segment);
   }

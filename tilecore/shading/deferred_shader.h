@@ -46,43 +46,47 @@ struct ShadingCounters {
   std::uint64_t helper_invocations = 0;
 };
 
-// Deferred shading of one tile: runs the pixel shader where samples see something, and composes blended layers over it.
-// Keeps its scratch memory from tile to tile; one instance per thread.
+// Deferred shading of one tile: runs the pixel shader for the surfaces that samples see, and composes blended layers
+// over them. Keeps its scratch memory from tile to tile; one instance per thread.
 //
 // Invariants (cited by the tests):
-//   DS1  Colours follow from the frame, the job's shading rate and blend_layers, and what the samples of a pixel see:
-//        not from the order in which layers arrived, not from the tile, not from the shading cache's capacity or what
-//        it holds.
-//   DS2  Pixel-shader invocations, runs saved and what skipped pixels see add up to visible samples and blended layers.
+//   DS1  Colours follow from the frame, the job's shading rate and blend_layers, and the surfaces at the samples of a pixel:
+//        not from the order in which layers arrived, not from the tile, not from the shading cache's capacity or its
+//        content.
+//   DS2  Pixel-shader invocations, saved invocations and skipped samples add up to visible samples and blended layers.
 class DeferredShader {
  public:
-  // Colours every sample of the tile. `state` is what all entries of the tile left; its layers are sorted and those
-  // behind what is opaque are dropped. The shading cache is empty when the tile begins.
+  // Colours every sample of the tile. `state` is the state after all entries of the tile; its layers are sorted, and
+  // layers behind opaque surfaces are dropped. The shading cache is empty when the tile begins.
   // `rates`, unless empty, has a PixelRate for each pixel: with kHalvesApart each invocation is taken near the middle of
   // its half (with shading.rate=pixel or primitive; per sample and from the cache, this is the same as kTogether).
   void shade(const TileJob& job, const TileSamples& samples, TileState& state, std::span<const std::uint8_t> rates = {},
              shaders::RadianceImage* behind = nullptr);
-  // Right after shade(), for the same tile: shades those of its skipped pixels for which `mask` is 1, as if they had not
-  // been skipped. Their shader invocations are warps of their own.
+  // Shades the skipped pixels with `mask` 1, as if they had not been skipped. Call it right after shade(), for the same
+  // tile. Their shader invocations are warps of their own.
   void shade_again(const TileJob& job, const TileSamples& samples, TileState& state,
                    std::span<const std::uint8_t> mask);
-  // Leaves in `behind` the pixels of what is opaque, each the mean of its samples, as shade() does if it is not null.
+  // Instead of shade(), with a G-buffer in memory: its two halves, one after the other for a tile. fill() says how many bytes of
+  // the light list wait in memory with it.
+  std::uint64_t fill(const TileJob& job, const TileSamples& samples, TileState& state);
+  void light(const TileJob& job, const TileSamples& samples, TileState& state);
+  // Leaves in `behind` the pixels of opaque surfaces, each the mean of its samples, as shade() does unless it is
+  // nullptr.
   void shade_opaque(const TileJob& job, const TileSamples& samples, const TileState& state,
                     shaders::RadianceImage& behind);
 
-  // Until the next call, what shade() does is also counted for the drawable it is done for; every drawable of the frame
-  // has its place in `drawables`. Empty: not counted.
+  // Also counts the work of shade() for the drawable that causes it, until the next call; every drawable of the frame
+  // has its place in `drawables`. Empty: does not count.
   void count_drawables(std::span<DrawableCounts> drawables) { drawables_ = drawables; }
 
-  // Of skipped pixels, since the last call: what they see, and the pixel-shader invocations that it would have taken
-  // (with shading.rate=cache: the lookups).
+  // Totals of skipped pixels since the last call: their samples that see a surface, and the pixel-shader invocations
+  // that these would have taken (with shading.rate=cache: the lookups).
   struct Skipped {
     std::uint64_t samples = 0, invocations = 0;
   };
   Skipped take_skipped() { return std::exchange(skipped_, {}); }
 
-  // Of the tile shaded last, natural order: linear colour with the background in it, and how much of the sample is
-  // covered.
+  // The tile shaded last, natural order: linear colour with the background in it, and the covered share of each sample.
   std::span<const Vec3> color() const { return sample_color_; }
   std::span<const float> coverage() const { return sample_coverage_; }
 
@@ -92,7 +96,7 @@ class DeferredShader {
   // Writes depth, normal, patch and invocations of the tile shaded last.
   void write_auxiliary(const TileSamples& samples, const TileState& state, FrameTargets& targets) const;
 
-  // Says that something reads a base patch of the frame, besides what shade() shades.
+  // Notes that a unit reads a base patch of the frame besides shade().
   void reads_patch(std::uint32_t patch) {
     if (patches_read_.empty() || patches_read_.back() != patch) patches_read_.push_back(patch);
   }
@@ -104,27 +108,28 @@ class DeferredShader {
 
   ShadingCounters take_counters() { return std::exchange(counters_, {}); }
   LightListCounters take_light_counters() { return pixel_shader_.take_light_counters(); }
-  // From now on, warps and lines that they ask for are kept. False: no more.
+  GbufferCounters take_gbuffer_counters() { return std::exchange(gbuffer_, {}); }
+  // Chooses whether warps and the lines that they ask for are kept from now on.
   void keep_items(bool keep) { pixel_shader_.keep_warps(keep), textures_.keep_requests(keep); }
   std::vector<timing::WarpItem> take_warp_items() { return pixel_shader_.take_warp_items(); }
-  // What shading fetches; its begin_tile() is called before a tile's first entries.
+  // The unit that fetches for shading; its begin_tile() is called before a tile's first entries.
   TextureUnit& textures() { return textures_; }
   const TextureUnit& textures() const { return textures_; }
 
  private:
-  // Layers of one pixel that share an invocation: of one triangle (and pixel of the resting image where things move).
-  // Blended fragments are not merged.
+  // Layers of one pixel that share an invocation: of one triangle (and of one pixel of the resting image if drawables
+  // move). Blended fragments are not merged.
   struct SharedLayer {
     std::uint32_t patch, triangle;
     int segment;  // of motion
     float cell_x, cell_y;
     float time_sum;
     std::uint32_t count;
-    std::uint32_t point;  // kNone: not asked for yet
+    std::uint32_t point;  // kNone: not requested yet
   };
-  // Of a quad of blended fragments.
+  // A fragment of a quad of blended fragments.
   struct LayerQuad {
-    std::uint32_t block, patch, triangle, sample;  // the sample's number within its pixel where each is shaded
+    std::uint32_t block, patch, triangle, sample;  // the sample's number within its pixel if each sample is shaded
     std::uint32_t point;
     auto operator<=>(const LayerQuad&) const = default;
     bool same_quad(const LayerQuad& o) const {
@@ -136,34 +141,40 @@ class DeferredShader {
 
   void begin(const TileJob& job, const TileSamples& samples, std::span<const std::uint8_t> rates);
   void keep_behind(const TileSamples& samples, shaders::RadianceImage& image) const;
-  // First which invocations there are, then all of them in warps, then what samples see of them.
+  // The steps: find the invocations, run all of them in warps, colour the samples.
   void collect_opaque(const TileJob& job, const TileSamples& samples, const TileState& state);
-  // Pixels that are shaded together: one, or the 2x2 of a quad.
+  // Collects the pixels that are shaded together: one, or the 2x2 of a quad.
   void collect_block(const TileJob& job, const TileSamples& samples, const TileState& state, int x, int y, int side);
   std::uint8_t rate_of(std::size_t pixel) const { return rates_.empty() ? std::uint8_t{kTogether} : rates_[pixel]; }
-  // What a pixel sees that was skipped and now is shaded.
+  // Takes back the skipped counts of a pixel that is shaded after all.
   void unskip(std::size_t samples, std::size_t invocations) {
     skipped_.samples -= samples, skipped_.invocations -= invocations;
   }
   void skip_pixel(const TileJob& job, const TileSamples& samples, const TileState& state, std::size_t pixel);
   void collect_cells(const TileJob& job, const TileSamples& samples, const TileState& state, std::size_t pixel);
-  // Those of behind_ that look through segment `segment` of the shutter.
+  // Colours the samples of behind_ that look through segment `segment` of the shutter.
   void color_background(const TileJob& job, const TileSamples& samples, int segment);
   void collect_layers(const TileJob& job, const TileSamples& samples, TileState& state);
   void run_warps(const TileJob& job, const IntRect& pixels);
+  void fill_warps(const TileJob& job, const IntRect& pixels);
+  void light_warps(const TileJob& job);
+  void count_warps();
+  static PixelShader::Halves halves_of(const TileJob& job) {
+    return {job.shading.layout, job.shading.path == ShadingPath::kGbufferExternal};
+  }
   void color_samples(const TileJob& job, const TileSamples& samples);
   void blend_layers(const TileJob& job, const TileState& state);
-  // Which invocations the layers of a pixel share, in shared_layers_ and shared_of_.
+  // Finds the invocations that the layers of a pixel share, in shared_layers_ and shared_of_.
   void share_layers(const TileJob& job, const TileSamples& samples, std::span<const TileState::Layer> layers);
   void add_layer_quad(const TileJob& job, const TileSamples& samples, const TileState::Layer& layer,
                       std::uint32_t point);
   void number_layer_quads();
-  // Number of the layer's point.
+  // Returns the number of the layer's point.
   std::uint32_t ask_for_layer(const TileJob& job, const TileSamples& samples, const TileState::Layer& layer,
                               SharedLayer& shared, std::size_t pixel);
-  // A new one, counted; to be filled.
+  // Adds an invocation, counted but not yet filled.
   Invocation& add_invocation(const TileJob& job, std::uint32_t patch, std::size_t pixel);
-  // Number of the point that the invocation will shade.
+  // Returns the number of the point that the invocation will shade.
   std::uint32_t ask_for(const TileJob& job, const Invocation& invocation, std::size_t pixel);
   void set_partners(const TileJob& job, const TileSamples& samples, std::size_t pixel, bool rests,
                     Invocation& out) const;
@@ -173,7 +184,7 @@ class DeferredShader {
   std::uint32_t drawable_of(const TileJob& job, std::uint32_t patch) {
     return drawable_lookup_(*job.frame->assembly, patch);
   }
-  // Point of the location's shading cell: from the cache, else shaded for the pixel that asks.
+  // Returns the point of the location's shading cell: from the cache, or shaded for the requesting pixel.
   std::uint32_t ask_for_cell(const TileJob& job, const SurfaceLocation& at, std::size_t pixel);
 
   scene::DrawableLookup drawable_lookup_;
@@ -181,8 +192,8 @@ class DeferredShader {
   std::vector<float> sample_coverage_;
   std::vector<Vec3> pixel_normal_;  // sums over the pixel's shaded points, or over its samples' cells
   std::vector<std::uint32_t> pixel_invocations_;
-  std::span<const std::uint8_t> rates_;  // of the tile in hand
-  bool again_ = false;                   // in shade_again(): other pixels have been counted
+  std::span<const std::uint8_t> rates_;  // of the current tile
+  bool again_ = false;                   // in shade_again(): the other pixels have been counted
   Skipped skipped_;
   std::vector<Vec3> first_color_, first_normal_;  // of shade(), for shade_again()
   std::vector<float> first_coverage_;
@@ -190,21 +201,21 @@ class DeferredShader {
   std::vector<std::uint32_t> patches_read_;
   FragmentMerger merger_of_fragments_;
   PixelShader pixel_shader_;
-  // What the tile's invocations shade: points_[kept_ + i], behind the points of cells that the cache may still hold.
+  // The points of the tile's invocations: points_[kept_ + i], behind the points of cells that the cache may still hold.
   std::vector<Invocation> invocations_;
   std::vector<std::uint32_t> pixel_of_invocation_;
   std::vector<ShadedPoint> points_;
   std::size_t kept_ = 0, opaque_ = 0;
   std::uint32_t quads_ = 0;                  // of the tile
   std::vector<std::uint32_t> sample_point_;  // number of the opaque point that a sample sees; kNone
-  std::vector<std::uint32_t> layer_point_;   // as state.layers; kNone where the pixel is skipped
+  std::vector<std::uint32_t> layer_point_;   // as state.layers; kNone if the pixel is skipped
   std::vector<ViewRays> view_rays_;          // of the whole shutter, of its segments
-  std::vector<std::uint32_t> behind_;        // samples that see nothing opaque
+  std::vector<std::uint32_t> behind_;        // samples that see no opaque surface
   std::uint64_t vertex_bytes_ = 0;
   std::array<std::array<float, kBackgroundBatch>, 5> view_points_;  // as ViewRays::Points
   std::array<std::array<std::int32_t, kBackgroundBatch>, kLookupLines> background_lines_;
   std::vector<SharedLayer> shared_layers_;
-  std::uint64_t layer_places_ = 0;  // of those
+  std::uint64_t layer_places_ = 0;  // places of shared_layers_
   std::vector<std::uint32_t> shared_of_;
   std::vector<LayerQuad> layer_quads_;
   std::vector<BlendedLayer> blended_;
@@ -213,6 +224,7 @@ class DeferredShader {
   ShadingCache cache_;
   TextureUnit textures_;
   ShadingCounters counters_;
+  GbufferCounters gbuffer_;
   std::span<DrawableCounts> drawables_;
 };
 
@@ -226,7 +238,7 @@ inline constexpr auto kCounterFields<tilecore::ShadingCounters> = std::to_array<
     {"tilecore.samples_visible", &tilecore::ShadingCounters::samples_visible, Combine::kSum, "samples",
      "Samples that see an opaque surface when the tile is finished.", ""},
     {"tilecore.blended_layers", &tilecore::ShadingCounters::blended_layers, Combine::kSum, "layers",
-     "Blended surfaces that samples see in front of what is opaque.", ""},
+     "Blended surfaces that samples see in front of opaque ones.", ""},
     {"tilecore.blend_overflows", &tilecore::ShadingCounters::blend_overflows, Combine::kSum, "layers",
      "Blended surfaces merged with another because their sample had no room for them.", ""},
     {"tilecore.pixel_shader_invocations", &tilecore::ShadingCounters::pixel_shader_invocations, Combine::kSum,
@@ -243,7 +255,7 @@ inline constexpr auto kCounterFields<tilecore::ShadingCounters> = std::to_array<
      "MaliFragWarps; Adreno wave count"},
     {"tilecore.surface_evaluations", &tilecore::ShadingCounters::surface_evaluations, Combine::kSum, "invocations",
      "Pixel-shader invocations that evaluate their Bezier patch (displaced or not) or procedure again, for position "
-     "and normal. What vertices would have handed over follows from the patch.",
+     "and normal. The attributes that vertices would hand over follow from the patch.",
      ""},
     {"tilecore.surface_warps", &tilecore::ShadingCounters::surface_warps, Combine::kSum, "warps",
      "Warps of such invocations.", ""},
@@ -253,7 +265,7 @@ inline constexpr auto kCounterFields<tilecore::ShadingCounters> = std::to_array<
      ""},
     {"tilecore.vertex_outputs", &tilecore::ShadingCounters::vertex_outputs, Combine::kSum, "vertices",
      "With shading.surface=interpolated: vertices that cores evaluated for pixels to interpolate, each once for every "
-     "tile that sees a triangle of it.",
+     "tile that sees one of its triangles.",
      ""},
     {"tilecore.vertex_output_warps", &tilecore::ShadingCounters::vertex_output_warps, Combine::kSum, "warps",
      "Warps of such vertices.", ""},
@@ -262,9 +274,8 @@ inline constexpr auto kCounterFields<tilecore::ShadingCounters> = std::to_array<
      "invocation.",
      ""},
     {"tilecore.places_found", &tilecore::ShadingCounters::places_found, Combine::kSum, "places",
-     "Places on screen at shutter open, of samples and layers that see a surface elsewhere, which a core finds from "
-     "the "
-     "corners and weights of their triangles.",
+     "Places on screen at shutter open that a core finds from the corners and weights of triangles, for samples and "
+     "layers that see a moving or defocused surface.",
      ""},
     {"tilecore.background_samples", &tilecore::ShadingCounters::background_samples, Combine::kSum, "samples",
      "Samples that see the environment, which the shader computes for each. A uniform one, or a background of the "
@@ -276,8 +287,8 @@ inline constexpr auto kCounterFields<tilecore::ShadingCounters> = std::to_array<
      "With shading.derivatives=quad: quads of 2x2 pixel-shader invocations.",
      "MaliFragQuads; Adreno and Mesa fragment quads"},
     {"tilecore.helper_invocations", &tilecore::ShadingCounters::helper_invocations, Combine::kSum, "invocations",
-     "With shading.derivatives=quad: invocations of quads for pixels that the surface does not cover. They take "
-     "the shader core's time as others do.",
+     "With shading.derivatives=quad: invocations of quads for pixels that the surface does not cover. They take as "
+     "much time of the shader core as others.",
      "Vulkan helper invocations"},
 });
 TESSERA_COUNTERS_COVER(tilecore::ShadingCounters);

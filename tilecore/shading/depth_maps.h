@@ -12,12 +12,12 @@
 
 namespace tessera::tilecore {
 
-// The maps of a light, layer by layer: what passes that draw depths alone leave, and what shadows are looked up in.
-// Tiles of a layer write disjoint parts. A tile in which nothing casts is not written: a flag of one bit says so.
+// The maps of a light, layer by layer: depth-only passes store them, and shadow lookups read them. Tiles of a layer
+// write disjoint parts. A tile without casters is not written: a flag of one bit marks it.
 //
 // Invariants (cited by the tests):
 //   MAP1  A depth that is read differs from the one that was stored by at most half a step of the format.
-//   MAP2  A tile that is not written reads as if nothing were there.
+//   MAP2  A tile that is not written reads as empty.
 class DepthMaps {
  public:
   // `side`: texels along a layer; `tile_width`, `tile_height`: of the tiles that write it.
@@ -33,22 +33,22 @@ class DepthMaps {
            static_cast<std::uint64_t>(layers_);
   }
   std::uint64_t flag_bytes() const { return (cleared_.size() + 7) / 8; }
-  // As images that texture units read have them.
+  // The interface of images, for texture units.
   int level_count() const { return layers_; }
   int width(int = 0) const { return side_; }
   int height(int = 0) const { return side_; }
 
-  // Says between which depths a layer's lie, for the tiles that are stored from now on.
+  // Sets the depth range of a layer, for the tiles that are stored from now on.
   void begin(int layer, double near, double far);
-  // A step between depths of a layer.
+  // The step between depths of a layer.
   double step(int layer) const { return steps_[static_cast<std::size_t>(layer)].step; }
-  // Stores the depths of a tile, row by row; infinity: nothing is seen. False: nothing is seen at all, only its flag is
-  // stored.
+  // Stores the depths of a tile, row by row; infinity means no surface. Returns false if the tile is empty, so that
+  // only its flag is stored.
   bool store(int layer, const IntRect& pixels, std::span<const float> depths);
 
   const float* layer_texels(int layer) const { return texels_.data() + first_texel(layer); }
   float texel(int layer, int x, int y) const { return texels_[first_texel(layer) + offset(x, y)]; }
-  // By layer and tile, row by row: 1 where only the flag is stored.
+  // By layer and tile, row by row: 1 if only the flag is stored.
   const std::vector<std::uint8_t>& cleared() const { return cleared_; }
   int tiles_across() const { return tiles_across_; }
   int tiles_down() const { return tiles_down_; }

@@ -12,18 +12,17 @@
 
 namespace tessera::tilecore {
 
-// What all invocations of a draw share, as scalar registers hold it: a drawable at one of the shutter's motion
+// Constants that all invocations of a draw share, in scalar registers: a drawable at one of the shutter's motion
 // segments, and the lights of one of them.
 struct DrawConstants {
-  DrawConstants() {
-  }  // member by member: clearing it whole first takes longer than all else that alpha tests do with it
+  DrawConstants() {}  // member by member: clearing all of it first takes longer than the rest of an alpha test
   const scene::PosedDrawable* drawable = nullptr;
   const scene::Material* material = nullptr;
-  bool grid = false;  // of Bezier patches; else clusters
+  bool grid = false;  // Bezier patches; else clusters
   bool half_attributes = false;
   bool quads = false;  // derivatives are differences within a quad
-  // Of a mesh of a displaced patch's vertices (shading.surface=frame): normals are those without the displacement, and
-  // pixels add the gradient of the heights. M M^T of the matrix M that puts objects into the world, at both keys.
+  // Set for a mesh of a displaced patch's vertices (shading.surface=frame): normals exclude the displacement, and
+  // pixels add the gradient of the heights. M M^T of the matrix M from object to world space, at both keys.
   bool height_normals = false;
   std::array<Mat3, 2> height_metric{Mat3(1.0f), Mat3(1.0f)};
   // Camera.
@@ -39,18 +38,18 @@ struct DrawConstants {
   scene::EffectFlags layers;
   shaders::LayerConstants layer_constants;
   float ior = 1.5f, reflectance = 0.04f;  // of a dielectric: relative index, reflectance at normal incidence
-  float anisotropy_cosine = 1.0f, anisotropy_sine = 0.0f;  // of its rotation
-  float volume_scale = 1.0f;                               // world units of one of the mesh, mean over its axes
-  // What is behind surfaces that transmit, a pixel a texel; none: they show the environment.
+  float anisotropy_cosine = 1.0f, anisotropy_sine = 0.0f;  // of the anisotropy's rotation
+  float volume_scale = 1.0f;                               // world units of one unit of the mesh, mean over its axes
+  // The image behind transmissive surfaces, a pixel a texel; if empty they show the environment.
   shaders::RadianceView behind;
   float behind_u = 0, behind_v = 0, behind_levels = 0;  // texture coordinates of a pixel; log2 of its width
-  // The maps of each of `lights`, one view for each of `shadow_times`, or its shares; null: no light casts shadows.
+  // The maps of each of `lights`, one view for each of `shadow_times`, or its shares; nullptr: no light casts shadows.
   const shaders::ShadowView* shadows = nullptr;
   int shadow_times = 1;
-  bool shadow_keys = false;  // receivers that move are looked up where they are at the maps' time
+  bool shadow_keys = false;  // moving receivers are looked up at their place at the maps' time
 };
 
-// Inputs of invocations, lane by lane. Lanes beyond the last invocation hold what some invocation has.
+// Inputs of invocations, lane by lane. Lanes beyond the last invocation repeat the values of some invocation.
 struct LaneArrays {
   // Clusters: the vertices of the triangle. Bezier patches: the first control point; cells of the grid along u and v,
   // eight bits each; factors of the four edges, eight bits each (TessellationPattern).
@@ -62,28 +61,28 @@ struct LaneArrays {
   const float *step_x = nullptr, *step_y = nullptr;  // to the neighbours in a quad, 1 or -1
 };
 
-// Colours, alpha and normals; and, where a texture unit is to be told, the cache lines that each lookup reads:
-// lines[slot][level][corner][lane], -1 where there is none.
+// Colours, alpha and normals. If a texture unit gets the lines, LookupArrays takes the cache lines that each lookup
+// reads: lines[slot][level][corner][lane], -1 for none.
 struct ShadedArrays {
   std::array<float*, 3> color{}, normal{};
   float* alpha = nullptr;
 };
-// Lookups in images of radiance, by number behind the slots of the material: what a surface and its coat mirror, and what
-// is seen through it, in one or, where it disperses, in three colours.
+// Lookups in images of radiance, numbered behind the slots of the material: the images that a surface and its coat
+// mirror, and the image seen through it, in one or, with dispersion, in three colours.
 enum class ImageLookup : std::uint8_t { kMirrored, kCoat, kBehind, kBehindGreen, kBehindBlue };
 inline constexpr std::size_t kTextureSlots = scene::kMaterialTextureCount, kLookupSlots = kTextureSlots + 5;
 constexpr std::size_t slot_of(ImageLookup lookup) { return kTextureSlots + static_cast<std::size_t>(lookup); }
 inline constexpr std::size_t kLookupLines = 8;  // of each slot: two levels, four texels in each
 inline constexpr std::size_t kShadowLines = 4;  // of a lookup of a shadow: four corners of its texels
 struct ShadowLookups {
-  const TextureLayoutView* layout = nullptr;  // null: not told
+  const TextureLayoutView* layout = nullptr;  // nullptr: no texture unit gets the lines
   std::array<std::int32_t*, kShadowLines> line{};
   std::uint64_t texels = 1;  // texture.texels of a lane
 };
 struct LookupArrays {
-  std::array<const TextureLayoutView*, kLookupSlots> layout{};  // of slots with a texture; null: not told
+  std::array<const TextureLayoutView*, kLookupSlots> layout{};  // of slots with a texture; nullptr: no lines
   std::array<std::array<std::int32_t*, kLookupLines>, kLookupSlots> line{};
-  std::span<const ShadowLookups> shadows{};  // as DrawConstants::lights; empty: none is told
+  std::span<const ShadowLookups> shadows{};  // as DrawConstants::lights; empty: no texture unit gets the lines
 };
 
 }  // namespace tessera::tilecore

@@ -8,12 +8,13 @@
 namespace tessera::tilecore {
 namespace {
 
-// Whether attributes go on smoothly across the edges of a drawable's triangles that share vertices.
+// Whether attributes continue smoothly across the edges of a drawable's triangles that share vertices.
 bool is_smooth(const scene::PosedDrawable& drawable) {
   return has_grid(drawable) || !drawable.normals[0].empty() || drawable.material->unlit;
 }
 
-// Of what fits an int at once, but for the sign of 0; std::floor() is a call where the target has no instruction for it.
+// floor() for values that fit an int, except for the sign of 0; std::floor() is a call if the target has no instruction
+// for it.
 float floor_of_place(float v) {
   if (!(std::abs(v) < 1e9f)) return std::floor(v);
   const auto whole = static_cast<float>(static_cast<int>(v));
@@ -141,7 +142,8 @@ std::uint32_t FragmentMerger::root(std::uint32_t f) {
 bool FragmentMerger::belong_together(const TileJob& job, Fragment& a, Fragment& b) {
   if (a.patch != b.patch || a.positive != b.positive || a.right != b.right || a.segment != b.segment) return false;
   if (a.pixel != b.pixel) {
-    // Of one quad: the same primitive's, and with merging its neighbours', at one time and through one lens point.
+    // In one quad: fragments of the same primitive, or with merging of its neighbours, at one time and through one lens
+    // point.
     if (!a.rests) return false;
     if (job.shading.rate == ShadingRate::kSample) return a.triangle == b.triangle && a.sample % spp_ == b.sample % spp_;
   } else if (a.cell_x != b.cell_x || a.cell_y != b.cell_y) {

@@ -13,12 +13,12 @@
 
 namespace tessera::tilecore {
 
-// Which visible samples share one pixel-shader invocation, with any shading.rate but `cache`.
+// Groups the visible samples that share one pixel-shader invocation, for every shading.rate except `cache`.
 //
-// A *fragment* is what one pixel sees of one primitive (triangle): the samples that the primitive covers there and
-// nothing hides. Where things move or are defocused, the pixel is that of the surface at rest: only samples that a
-// static pinhole camera would see in one pixel share. `primitive` shades each fragment once. `pixel` merges fragments
-// first (quad-fragment merging, Fatahalian et al. 2010), as long as all of these hold:
+// A *fragment* is the part of one primitive (triangle) that one pixel sees: the samples that the primitive covers there
+// and that no surface hides. If drawables move or are defocused, the pixel is taken in the image of the surface at
+// rest: only samples that a static pinhole camera would see in one pixel share. `primitive` shades each fragment once.
+// `pixel` merges fragments first (quad-fragment merging, Fatahalian et al. 2010), as long as all of these hold:
 //   - they are of one base patch, and their triangles share an edge: both vertices, with all their attributes;
 //   - attributes do not break across that edge: not where triangles without normals are lit, each by its own;
 //   - the triangles face the same way, in one segment of motion;
@@ -27,33 +27,34 @@ namespace tessera::tilecore {
 //
 // Invariants (cited by the tests):
 //   FM1  The invocations of `primitive` are the pairs of a pixel and a primitive that it sees.
-//   FM2  What is merged has one facing, one base patch, and is connected by shared edges.
+//   FM2  Merged fragments have one facing and one base patch, and shared edges connect them.
 class FragmentMerger {
  public:
   // One invocation.
   struct Run {
-    std::size_t sample;   // the one nearest to the middle of the pixel, or of its half, is shaded
+    std::size_t sample;   // the shaded sample: nearest to the middle of the pixel, or of its half
     float light_time;     // mean time of the samples that share it
-    std::uint32_t pixel;  // which of the block's
-    bool rests;           // what it shades is at rest and in focus
+    std::uint32_t pixel;  // number within the block
+    bool rests;           // its surface is at rest and in focus
     bool moves;
-    std::uint32_t quad;  // of the block's, see quads()
+    std::uint32_t quad;  // number within the block, see quads()
   };
   static constexpr std::uint32_t kNoRun = 0xFFFFFFFFu;
 
-  // The pixels of one block: one, or those of a 2x2 block that are to be shaded together. `split` says of each whether
-  // samples in its left half share with those in its right half (false) or not, see DeferredShader::shade().
+  // Groups the pixels of one block: a single pixel, or the pixels of a 2x2 block that are shaded together. `split`, for
+  // each: whether samples in its left half are kept apart from samples in its right half, see DeferredShader::shade().
   void group(const TileJob& job, const TileSamples& samples, const TileState& state,
              std::span<const std::size_t> pixels, std::span<const bool> split);
 
   std::span<const Run> runs() const { return runs_; }
-  // Of sample k of the block's pixel p; kNoRun where it sees nothing opaque.
+  // The run of sample k of the block's pixel p; kNoRun if it sees no opaque surface.
   std::uint32_t run_of(std::size_t p, std::size_t k) const { return run_of_[p * spp_ + k]; }
 
   std::size_t visible() const { return visible_; }  // samples
   std::size_t merged() const { return merged_; }    // fragments that are shaded with another one
-  std::size_t places() const { return places_; }    // samples that see something elsewhere than at rest
-  // Of 2x2 invocations: fragments that move or are defocused have a time and a lens point of their own, and so a quad.
+  std::size_t places() const { return places_; }    // samples that see a surface away from its rest place
+  // Number of quads, of 2x2 invocations: a fragment that moves or is defocused has its own time and lens point, and so
+  // a quad.
   std::size_t quads() const { return quads_; }
 
  private:
@@ -65,9 +66,10 @@ class FragmentMerger {
     std::size_t sample = 0;
     float distance2 = 0, time_sum = 0;
     std::uint32_t samples = 0, parent = 0, run = 0, quad = 0;
-    std::uint32_t vertices = 0;  // in vertices_, where it has_vertices
+    std::uint32_t vertices = 0;  // in vertices_, if has_vertices
   };
-  // A pixel's samples, from `first` on, that all see one triangle at rest: one fragment. False: they do not.
+  // Groups a pixel's samples, from `first` on, as one fragment if all see one triangle at rest; otherwise returns
+  // false.
   bool group_alike(const TileJob& job, const TileSamples& samples, const TileState& state, std::size_t first);
   // Fills the known_ members.
   void know(const TileJob& job, std::uint32_t patch);
@@ -78,7 +80,7 @@ class FragmentMerger {
   std::uint32_t root(std::uint32_t f);
   void make_runs();
 
-  // The drawable seen last.
+  // The drawable looked up last.
   scene::DrawableLookup drawable_of_;
   std::uint64_t known_frame_ = 0;
   std::uint32_t known_drawable_ = 0;
@@ -91,7 +93,7 @@ class FragmentMerger {
   std::vector<std::uint32_t> run_of_;  // first the fragment, then the run
 };
 
-// Whether samples see a patch where it is at rest: it does not move and there is no lens.
+// Whether samples see a patch at its rest place: it does not move and there is no lens.
 bool is_at_rest(const scene::FrameGeometry& frame, std::uint32_t patch);
 
 }  // namespace tessera::tilecore

@@ -14,13 +14,13 @@ using scene::ShadowSettings;
 using shaders::ShadowLayer;
 using shaders::ShadowView;
 
-// The share of the receiver's slope in the bias: half a texel lies between the point that is asked for and the middle of a
+// The share of the receiver's slope in the bias: half a texel lies between the point of a lookup and the middle of a
 // texel, and rounding vertices to sub-pixels moves casters by at most half a step along both axes, in each view.
 float slope_share(const FrameGeometry& frame, const ShadowSettings& settings) {
   return static_cast<float>(settings.bias * (0.5 + 1.0 / static_cast<double>(frame.request.subpixels())));
 }
 
-// Half a step of the format, and what single precision leaves of a depth.
+// Half a step of the format, and the rounding of a depth in single precision.
 float constant_bias(const LightView& view, double step, const ShadowSettings& settings) {
   const double far = static_cast<double>(view.camera.camera.far);
   return static_cast<float>(settings.offset + settings.bias * (0.5 * step + far * 0x1p-21));
@@ -79,7 +79,7 @@ FrameShadows::FrameShadows(const FrameGeometry& frame, std::span<const Caster> c
 
 const ShadowView* FrameShadows::of(const FrameGeometry& segment) const {
   const auto found = std::ranges::find(segments_, &segment, &Segment::frame);
-  TESSERA_CHECK(found != segments_.end(), "shadows are those of the frame that is drawn");
+  TESSERA_CHECK(found != segments_.end(), "shadows belong to the frame that is drawn");
   return found->views.data();
 }
 

@@ -14,8 +14,8 @@ namespace tessera::tilecore {
 // The shadow maps of a frame's lights as the pixel shader looks them up, for each of its motion segments.
 class FrameShadows {
  public:
-  // A light that casts: which, what its maps see at a time, and what they hold. `maps` must outlive this. Of a light with maps
-  // of several times there is one for each, one after the other.
+  // A casting light: its number, the views of its maps at a time, and the maps. `maps` must outlive this object. A
+  // light with maps of several times has one caster for each, one after the other.
   struct Caster {
     std::size_t light = 0;  // of FrameGeometry::lights
     std::span<const scene::LightView> views;
@@ -28,7 +28,7 @@ class FrameShadows {
 
   // times() views for each light of the frame. `segment`: the frame or one of its segments.
   const shaders::ShadowView* of(const scene::FrameGeometry& segment) const;
-  // The maps of a view's light, or null.
+  // The maps of a view's light, or nullptr.
   const DepthMaps* maps(std::size_t view) const { return maps_[view / static_cast<std::size_t>(times_)]; }
   std::size_t views() const { return maps_.size() * static_cast<std::size_t>(times_); }
   int times() const { return times_; }

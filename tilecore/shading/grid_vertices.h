@@ -8,15 +8,15 @@
 
 namespace tessera::tilecore {
 
-// The vertices of triangles of patches' grids that were asked for, numbered from 0 in the order in which they were
-// first. Grids have up to 255 cells along a side. Keeps its memory from draw to draw; one instance per thread.
+// The requested vertices of triangles of patches' grids, numbered from 0 in the order of first requests. Grids have up
+// to 255 cells along a side. Keeps its memory from draw to draw; one instance per thread.
 class GridVertices {
  public:
-  // Forgets all of them.
+  // Forgets all vertices.
   void clear();
   std::size_t count() const { return count_; }
-  // Numbers of the corners of a triangle of the grid of `patch`. For each vertex that had no number, make(u, v) is called
-  // first, with its parameters in the patch, in the order of numbers.
+  // Returns the numbers of the corners of a triangle of the grid of `patch`. For each vertex without a number it first
+  // calls make(u, v), with its parameters in the patch, in the order of numbers.
   template <class Make>
   std::array<std::int32_t, 3> triangle(const scene::TessellationPattern& pattern, std::uint32_t patch,
                                        std::uint32_t triangle, const Make& make) {
@@ -33,8 +33,8 @@ class GridVertices {
  private:
   static constexpr int kSide = 8;
   static constexpr std::int32_t kNone = -1;
-  // The vertices [kSide i, kSide (i + 1)) by as many of a patch's grid, `name`: where their numbers are. Free where it is of
-  // another set.
+  // A square of kSide x kSide vertices of a patch's grid, `name`: the place of their numbers. It is free if it belongs
+  // to another set.
   struct Block {
     std::uint64_t name = 0;
     std::uint32_t set = 0, first = 0;
@@ -51,9 +51,9 @@ class GridVertices {
     if (is_new) number = static_cast<std::int32_t>(count_++);
     return {number, is_new};
   }
-  // Where the numbers of a block are, which it gets if it has none.
+  // Returns the place of a block's numbers; makes one if there is none.
   std::uint32_t first_of(std::uint64_t name);
-  // Its block, or a free one for it.
+  // Returns the block of that name, or a free one for it.
   Block& block_of(std::uint64_t name);
   void grow();
 

@@ -10,8 +10,8 @@ namespace {
 using scene::FrameGeometry;
 using shaders::Light;
 
-// The shader's distance to a light errs by some roundings of floats: of the light's place, mixed of two times, of the
-// difference and of the squares. A reach is larger by more than that.
+// The shader's distance to a light has the error of some roundings of floats: of the light's place, interpolated
+// between two times, of the difference and of the squares. A reach is larger by more than that.
 constexpr double kRangeMargin = 1e-5, kPlaceMargin = 1e-6, kCosineMargin = 4e-6;
 
 bool is_finite(const Vec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
@@ -123,7 +123,7 @@ bool PlaceBox::meets(const LightBound& bound) const {
                      glm::dot(axes_[2], bound.center));
   const double coarse = kPlaceMargin * (largest(low_) + largest(high_));
   const DVec3 beside = glm::max(glm::max(low_ - center, center - high_), DVec3(0.0));
-  // What is no number is never greater: such a light is kept.
+  // NaN never compares greater, so such a light is kept.
   if (glm::length(beside) > bound.radius + coarse) return false;
   if (!bound.has_cone) return true;
   const DVec3 way = 0.5 * (low_ + high_) - center;

@@ -15,15 +15,15 @@
 
 namespace tessera::tilecore {
 
-// Light lists (shading.light_lists): a core finds which lights reach the surfaces that a tile sees, and its pixel shaders
-// loop over these alone. Visibility comes first on this machine, so the surfaces are known: a box around them, whose third
-// axis is the ray through the tile's middle, is the tile's frustum cut off at its nearest and farthest depth.
+// Light lists (shading.light_lists): a core finds the lights that reach the surfaces of a tile, and its pixel shaders
+// loop over these alone. Visibility comes first on this machine, so the surfaces are known: a box around them, whose
+// third axis is the ray through the tile's middle, is the tile's frustum cut off at its nearest and farthest depth.
 //
 // Invariants (cited by the tests):
-//   LL1  A light that a list leaves out adds exactly 0 at every place in the box, at every time of the shutter: images have
+//   LL1  A light that is not in the list adds exactly 0 at every place in the box, at every time of the shutter: images have
 //        the same bits as without lists.
 //   LL2  A list has the order of the frame's lights.
-//   LL3  A frame without the lights that the setting asks for is rendered, counted and timed as with `off`.
+//   LL3  A frame without the lights that the setting needs is rendered, counted and timed as with `off`.
 //   LL4  Every light is tested once for each list, and every place is in the box of its list.
 
 struct LightListCounters {
@@ -43,10 +43,10 @@ inline constexpr std::uint64_t kLightRecordBytes = 48;
 bool has_light_lists(const scene::FrameGeometry& frame, LightLists setting);
 // Bytes of the records of a frame's lights.
 std::uint64_t light_record_bytes(const scene::FrameGeometry& frame);
-// Room that records of lights have in memory, for all frames of a scene; 0 where none has lists.
+// Room for records of lights in memory, for all frames of a scene; 0 if no frame has lists.
 std::uint64_t light_table_bytes(const scene::Assembly& assembly, LightLists setting);
 
-// Where a light may be seen at any time of the shutter: a sphere, and a cone where neither place nor cone moves.
+// The reach of a light over the shutter: a sphere, and a cone if neither its place nor its cone moves.
 struct LightBound {
   DVec3 center{0.0};
   double radius = std::numeric_limits<double>::infinity();  // infinity: everywhere
@@ -60,7 +60,7 @@ struct LightBound {
 // A box around places in world space.
 class PlaceBox {
  public:
-  // `axis`: the third; any length but 0.
+  // `axis`: the direction of the third axis; any length but 0.
   explicit PlaceBox(const Vec3& axis);
 
   void add(const Vec3& place);
@@ -76,7 +76,7 @@ class PlaceBox {
 // The list of a tile.
 class LightList {
  public:
-  // Finds the lights that meet the box around all places that were added since begin().
+  // begin() starts a list; find() finds the lights that meet the box around all places added since.
   void begin(const Vec3& axis) { box_ = PlaceBox(axis), places_ = 0; }
   void add(const Vec3& place) { box_.add(place), ++places_; }
   void find(const scene::FrameGeometry& frame);
@@ -92,7 +92,7 @@ class LightList {
 };
 
 // Warps that make a list: one lane for each place, then one for each light. `moving`: places have two motion keys.
-// [assumed] Clocks of a lane as docs/passes.md derives them; registers as few as a shader has.
+// [assumed] Clocks of a lane are derived in docs/passes.md; registers are a shader's minimum.
 timing::WarpItem place_warp(bool moving);
 timing::WarpItem light_test_warp();
 
@@ -111,15 +111,15 @@ inline constexpr auto kCounterFields<tilecore::LightListCounters> = std::to_arra
      "skipped pixels after all.",
      ""},
     {"lights.places", &tilecore::LightListCounters::places, Combine::kSum, "places",
-     "Pixel-shader invocations whose places lists were made for.", ""},
+     "Pixel-shader invocations at whose places lists were made.", ""},
     {"lights.tests", &tilecore::LightListCounters::tests, Combine::kSum, "tests",
      "Lights whose reach was compared with the surfaces of a tile.", ""},
     {"lights.listed", &tilecore::LightListCounters::listed, Combine::kSum, "entries",
      "Entries of the lists: lights that reach the surfaces of a tile.", ""},
     {"lights.warps", &tilecore::LightListCounters::warps, Combine::kSum, "warps",
-     "Warps that made the lists, beside those of the pixel shader.", ""},
+     "Warps that made the lists, beside the pixel shader's.", ""},
     {"lights.tile_bytes", &tilecore::LightListCounters::tile_bytes, Combine::kSum, "bytes",
-     "Bytes of the tile memory that making and reading lists moved: the corners of triangles that places lie in, and "
+     "Bytes of the tile memory that making and reading lists moved: corners of the triangles at the places, and "
      "records of listed lights, written once and read by every warp.",
      ""},
 });

@@ -11,6 +11,7 @@
 #include "scene/drawable_lookup.h"
 #include "tilecore/procedural/procedure_costs.h"
 #include "tilecore/procedural/procedure_surface.h"
+#include "tilecore/shading/lit_draws.h"
 #include "tilecore/shading/pixel_shader_kernel.h"
 #include "tilecore/shading/place_kernel.h"
 #include "tilecore/shading/scalar_lanes.h"
@@ -52,20 +53,16 @@ ShadedPoint shade_procedure_point(const FrameGeometry& shutter, const Lighting& 
 
 constexpr std::uint32_t kGradientLookups = 4;  // of heights in one level
 constexpr std::uint32_t kFree = 0xFFFFFFFFu;   // no bucket
-// Of an attenuation colour, over its distance; black would leave infinities.
+// Least transmittance of an attenuation colour over its distance; black would give infinities.
 constexpr float kLeastTransmittance = 1e-6f;
 
-// Which segment of the shutter the lights are in at time t.
+// The segment of the shutter that the lights are in at time t.
 int light_segment(const FrameGeometry& shutter, float t) {
   if (!shutter.moving_lights || shutter.segments.empty()) return 0;
   return shutter.segment_of(t);
 }
-// Time within it.
-float light_time(const FrameGeometry& shutter, int segment, float t) {
-  return segment == 0 ? t : shutter.segment(segment).part.local(t);
-}
 
-// What a draw's layers are made of, for a material that has some.
+// Sets the layers of a draw, for a material that has some.
 void set_layers(const Material& material, const Mat4& to_world, const Lighting& lighting, DrawConstants& draw) {
   draw.layered = material.effects.any();
   if (!draw.layered) return;
@@ -90,6 +87,26 @@ void set_layers(const Material& material, const Mat4& to_world, const Lighting& 
   draw.behind_levels = std::log2(static_cast<float>(lighting.behind->width()));
 }
 
+// A view of each light's shares, which begin at shares(light).
+template <class Shares>
+std::vector<shaders::ShadowView> views_of_shares(const KnownShadows& known, const Shares& shares) {
+  std::vector<shaders::ShadowView> views(known.by_light.size());
+  for (std::size_t light = 0; light < views.size(); ++light)
+    if (!known.by_light[light].empty()) views[light].shares = shares(light);
+  return views;
+}
+
+// Whether a drawable's pixels loop over the lights of a list: procedures shade with all of them.
+bool takes_list(const scene::PosedDrawable& drawable) {
+  return drawable.procedure == nullptr && !drawable.material->unlit;
+}
+
+}  // namespace
+
+float light_time(const FrameGeometry& shutter, int segment, float t) {
+  return segment == 0 ? t : shutter.segment(segment).part.local(t);
+}
+
 DrawConstants lit_draw(const FrameGeometry& shutter, const FrameGeometry& segment, int lights_in,
                        const scene::PosedDrawable& drawable, const Lighting& lighting,
                        const shaders::ShadowView* shadows, bool quads) {
@@ -108,44 +125,32 @@ DrawConstants lit_draw(const FrameGeometry& shutter, const FrameGeometry& segmen
   return draw;
 }
 
-// A view of each light's shares, which begin at shares(light).
-template <class Shares>
-std::vector<shaders::ShadowView> views_of_shares(const KnownShadows& known, const Shares& shares) {
-  std::vector<shaders::ShadowView> views(known.by_light.size());
-  for (std::size_t light = 0; light < views.size(); ++light)
-    if (!known.by_light[light].empty()) views[light].shares = shares(light);
-  return views;
-}
-
-// Whether a drawable's pixels loop over the lights of a list: procedures shade with all of them.
-bool takes_list(const scene::PosedDrawable& drawable) {
-  return drawable.procedure == nullptr && !drawable.material->unlit;
-}
-
-// Bytes of a listed light in the tile memory.
 std::uint64_t light_bytes_of(const FrameGeometry& frame) { return kLightRecordBytes * (frame.moving_lights ? 2 : 1); }
 
-// Whether a material's shader looks at an image of what lies all around.
 bool looks_around(const Lighting& lighting, const Material& material) {
   return lighting.environment.surroundings().kind == shaders::Surroundings::Kind::kImage && !material.unlit;
 }
-
-}  // namespace
 
 std::uint32_t height_lookups(const scene::PosedDrawable& drawable) {
   if (!has_grid(drawable) || !drawable.material->displacement) return 0;
   return drawable.moving && drawable.deforming ? 16 : 8;
 }
 
-timing::WarpItem warp_item(const FrameGeometry& frame, const scene::PosedDrawable& drawable, const Lighting& lighting,
-                           bool quads, bool evaluates, const std::span<const std::uint32_t>* listed) {
+hardware::ShaderFeatures pixel_features(const FrameGeometry& frame, const scene::PosedDrawable& drawable, bool quads,
+                                        bool evaluates) {
   hardware::ShaderFeatures features = draw_features(frame, drawable, quads, adds_height_normals(frame, drawable));
   using In = hardware::ShaderFeatures::Surface;
-  evaluates = evaluates && has_grid(drawable) && !interpolates_surface(frame, drawable);
   if (!evaluates && features.surface != In::kComputed) features.surface = In::kTriangles;
   if (interpolates_surface(frame, drawable) && features.normals == hardware::ShaderFeatures::Normals::kMapped &&
       has_vertex_tangents(*drawable.material))
     features.normals = hardware::ShaderFeatures::Normals::kMappedAlongTangents;
+  return features;
+}
+
+timing::WarpItem warp_item(const FrameGeometry& frame, const scene::PosedDrawable& drawable, const Lighting& lighting,
+                           bool quads, bool evaluates, const std::span<const std::uint32_t>* listed) {
+  evaluates = evaluates && has_grid(drawable) && !interpolates_surface(frame, drawable);
+  hardware::ShaderFeatures features = pixel_features(frame, drawable, quads, evaluates);
   features.environment_image = looks_around(lighting, *drawable.material);
   if (listed != nullptr) keep_lights(frame, *listed, features);
   if (lighting.shadows != nullptr) add_shadows(*lighting.shadows, frame, listed, features);
@@ -233,6 +238,14 @@ void PixelShader::shade(const FrameGeometry& shutter, const Lighting& lighting, 
   TESSERA_CHECK(points.size() == invocations.size() && warp_lanes >= 4 && warp_lanes <= kBatch,
                 "a point for each invocation, warps of 4 lanes up to a batch");
   if (textures != nullptr && !textures->active()) textures = nullptr;
+  begin(shutter, invocations, axis, textures != nullptr, warp_lanes);
+  for_each_draw(shutter, invocations, warp_lanes, [&](const Draw& draw) {
+    shade_draw_of(shutter, lighting, invocations, draw, points, textures, warp_lanes);
+  });
+}
+
+void PixelShader::begin(const FrameGeometry& shutter, std::span<const Invocation> invocations, const Vec3* axis,
+                        bool heights, std::size_t warp_lanes) {
   sort_invocations(shutter, invocations);
   draws_.clear();
   for (std::size_t begin = 0, end = 0; begin < rank_.size(); begin = end) {
@@ -242,12 +255,7 @@ void PixelShader::shade(const FrameGeometry& shutter, const Lighting& lighting, 
     draws_.push_back({leader.first, count});
   }
   listed_ = false;
-  if (axis != nullptr) list_lights(shutter, invocations, *axis, textures != nullptr, warp_lanes);
-  for (std::size_t d = 0; d < draws_.size(); ++d) {
-    const Draw draw = draw_of(shutter, invocations, std::span(order_).subspan(draws_[d].first, draws_[d].count),
-                              listed_ ? d : 0, warp_lanes);
-    shade_draw_of(shutter, lighting, invocations, draw, points, textures, warp_lanes);
-  }
+  if (axis != nullptr) list_lights(shutter, invocations, *axis, heights, warp_lanes);
 }
 
 std::uint32_t PixelShader::bucket_of(std::uint64_t draw, std::uint32_t patch) {
@@ -334,6 +342,16 @@ PixelShader::Draw PixelShader::draw_of(const FrameGeometry& shutter, std::span<c
       frame, drawable, light_segment(shutter, leader.light_time), quads, interpolates, order, draw_vertices_[number]};
 }
 
+std::uint32_t PixelShader::count_surface(const Draw& of, bool textured) {
+  const bool evaluates = has_grid(of.drawable) && !of.interpolates;
+  warps_ += warp_ends_.size();
+  if (evaluates) surface_work_.warps += warp_ends_.size(), surface_work_.evaluations += of.order.size();
+  const bool turned = of.interpolates && adds_height_normals(of.frame, of.drawable);
+  const std::uint32_t heights = !textured ? 0 : evaluates ? height_lookups(of.drawable) : turned ? kGradientLookups : 0;
+  surface_work_.height_lookups += of.order.size() * heights;
+  return heights;
+}
+
 void PixelShader::shade_draw_of(const FrameGeometry& shutter, const Lighting& lighting,
                                 std::span<const Invocation> invocations, const Draw& of, std::span<ShadedPoint> points,
                                 TextureUnit* textures, std::size_t warp_lanes) {
@@ -342,15 +360,7 @@ void PixelShader::shade_draw_of(const FrameGeometry& shutter, const Lighting& li
   const int lights_in = of.lights_in;
   const bool quads = of.quads, interpolates = of.interpolates;
   const std::span<std::uint32_t> order = of.order;
-  const bool evaluates = has_grid(drawable) && !interpolates;
-  warps_ += warp_ends_.size();
-  if (evaluates) surface_work_.warps += warp_ends_.size(), surface_work_.evaluations += order.size();
-  const bool turned = interpolates && adds_height_normals(frame, drawable);
-  const std::uint32_t heights = textures == nullptr ? 0
-                                : evaluates         ? height_lookups(drawable)
-                                : turned            ? kGradientLookups
-                                                    : 0;
-  surface_work_.height_lookups += order.size() * heights;
+  const std::uint32_t heights = count_surface(of, textures != nullptr);
   const bool listed = listed_ && takes_list(drawable);
   const std::span<const std::uint32_t> numbers = light_list_.numbers();
   timing::WarpItem item =
@@ -392,7 +402,9 @@ void PixelShader::shade_draw_of(const FrameGeometry& shutter, const Lighting& li
   ShadedArrays out;
   for (std::size_t c = 0; c < 3; ++c) out.color[c] = output_[c].data(), out.normal[c] = output_[3 + c].data();
   out.alpha = output_[6].data();
-  const LookupArrays lookups = textures != nullptr ? lookups_of(draw, lighting, listed, *textures) : LookupArrays();
+  LookupArrays lookups;
+  if (textures != nullptr)
+    tell_material(draw, *textures, lookups), tell_light(draw, lighting, listed, *textures, lookups);
   shade_batches(order.size(), item, lookups, textures, [&](std::size_t first, std::size_t count) {
     fill_lanes(shutter, invocations, of, first, count);
     forget_shadows(lookups, count);
@@ -454,7 +466,7 @@ void PixelShader::add_places(const FrameGeometry& shutter, std::span<const Invoc
     for (std::size_t lane = 0; lane < count; ++lane)
       light_list_.add({output_[0][lane], output_[1][lane], output_[2][lane]});
   }
-  // Where invocations evaluate their patch again, so does this.
+  // If invocations evaluate their patch again, so do the warps of places.
   timing::WarpItem item = place_warp(of.drawable.moving);
   item.drawable = static_cast<std::uint32_t>(&of.drawable - of.frame.drawables.data()) + 1;
   if (has_grid(of.drawable) && !of.interpolates)
@@ -596,13 +608,15 @@ void PixelShader::tell_procedure_textures(const Material& material, const Textur
   }
 }
 
-LookupArrays PixelShader::lookups_of(const DrawConstants& draw, const Lighting& lighting, bool listed,
-                                     const TextureUnit& textures) {
-  LookupArrays lookups;
+void PixelShader::tell_material(const DrawConstants& draw, const TextureUnit& textures, LookupArrays& lookups) {
   const auto slots = draw.material->slots();
   for (std::size_t slot = 0; slot < kTextureSlots; ++slot)
     if (slots[slot]->texture != nullptr && scene::is_read(*draw.material, static_cast<scene::MaterialTexture>(slot)))
       tell(slot, textures.memory()->layout(slots[slot]->texture.get()), lookups);
+}
+
+void PixelShader::tell_light(const DrawConstants& draw, const Lighting& lighting, bool listed,
+                             const TextureUnit& textures, LookupArrays& lookups) {
   const auto tell_behind = [&](const shaders::RadianceView& image) {
     for (std::size_t color = 0; color < (draw.layers.dispersion ? 3u : 1u); ++color)
       tell(slot_of(ImageLookup::kBehind) + color, textures.memory()->layout(image), lookups);
@@ -610,26 +624,11 @@ LookupArrays PixelShader::lookups_of(const DrawConstants& draw, const Lighting& 
   if (draw.behind.levels > 0) tell_behind(draw.behind);
   if (draw.shadows != nullptr && lighting.shadows != nullptr)
     tell_shadows(draw.shadows, *lighting.shadows, listed, textures, lookups);
-  if (!looks_around(lighting, *draw.material)) return lookups;
+  if (!looks_around(lighting, *draw.material)) return;
   const shaders::RadianceView& around = draw.surroundings.image->radiance;
   tell(slot_of(ImageLookup::kMirrored), textures.memory()->layout(around), lookups);
   if (draw.layers.clearcoat) tell(slot_of(ImageLookup::kCoat), textures.memory()->layout(around), lookups);
   if (draw.layers.transmission && draw.behind.levels == 0) tell_behind(around);
-  return lookups;
-}
-
-template <class Shade>
-void PixelShader::shade_batches(std::size_t count_of_draw, const timing::WarpItem& item, const LookupArrays& lookups,
-                                TextureUnit* textures, const Shade& shade_batch) {
-  std::size_t warp = 0;
-  for (std::size_t first = 0; first < count_of_draw;) {
-    const std::size_t first_warp = warp;
-    while (warp < warp_ends_.size() && warp_ends_[warp] - first <= kBatch) ++warp;
-    const std::size_t count = warp_ends_[warp - 1] - first;
-    shade_batch(first, count);
-    finish_warps(first_warp, warp, first, item, lookups, textures);
-    first += count;
-  }
 }
 
 void PixelShader::finish_warps(std::size_t first_warp, std::size_t end, std::size_t first,

@@ -25,7 +25,7 @@ std::size_t DistinctNeighbours(const std::int32_t* lines, std::size_t count, std
   const IntLanes::D d;
   const std::size_t lanes = hn::Lanes(d);
   std::size_t i = 1;
-  // The last vector ends with the last line; what it shares with the one before is not looked at again.
+  // The last vector ends with the last line; lanes that it shares with the previous one are masked off.
   for (; i < count && lanes < count; i += lanes) {
     const std::size_t first = std::min(i, count - lanes);
     const auto line = hn::LoadU(d, lines + first), before = hn::LoadU(d, lines + first - 1);

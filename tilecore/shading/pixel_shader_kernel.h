@@ -14,8 +14,8 @@ void shade_draw(const DrawConstants& draw, const LaneArrays& in, std::size_t cou
 void shade_layered_draw(const DrawConstants& draw, const LaneArrays& in, std::size_t count, const LookupArrays& lookups,
                         const ShadedArrays& out);
 
-// Of `count` lines the ones that are there (not negative) and not the same as the one before them, in order; returns
-// how many. `out` has room for count + 16.
+// Copies the valid lines (not negative) that differ from the line before them, in order; returns their number. `out`
+// has room for count + 16.
 std::size_t distinct_neighbours(const std::int32_t* lines, std::size_t count, std::int32_t* out);
 
 }  // namespace tessera::tilecore

@@ -7,8 +7,8 @@
 
 namespace tessera::tilecore {
 
-// Places in the world of what `count` invocations of one draw see, on SIMD lanes: those that shade_draw() shades. All arrays
-// reach to the next multiple of 16.
+// World places of the surface points of `count` invocations of one draw, on SIMD lanes: the points that shade_draw()
+// shades. All arrays reach to the next multiple of 16.
 void place_draw(const DrawConstants& draw, const LaneArrays& in, std::size_t count, const std::array<float*, 3>& place);
 
 }  // namespace tessera::tilecore

@@ -15,7 +15,7 @@
 
 namespace tessera::tilecore {
 
-// The pixel shader of pixel_shader_kernel.cpp on one float: its twin, and where single points are asked for.
+// The pixel shader of pixel_shader_kernel.cpp on one float: its twin, also used for single points.
 namespace one_lane {
 
 namespace stage = shaders;
@@ -29,10 +29,10 @@ using tessera::select;
 
 }  // namespace one_lane
 
-// Camera and geometry of a draw; its lights are none.
+// Camera and geometry of a draw, without lights.
 DrawConstants draw_constants(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable);
 
-// Of a location on a patch of the drawable, which is no procedure; its time counts within the frame's segment.
+// Inputs for a location on a patch of the drawable, which is no procedure; its time counts within the frame's segment.
 one_lane::LaneInputs<float> lane_inputs(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable,
                                         const SurfaceLocation& at);
 

@@ -56,7 +56,7 @@ ShaderFeatures material_features(const scene::Material& material, bool height_no
   ShaderFeatures f;
   f.unlit = material.unlit;
   f.height_normals = height_normals;
-  // Nobody sees the normal of a surface that is not lit.
+  // The normal of an unlit surface has no effect.
   const bool lit = !material.unlit;
   std::vector<const TextureSlot*> read;
   const auto reads = [&](const TextureSlot& slot, bool wanted) {

@@ -8,11 +8,11 @@
 
 namespace tessera::tilecore {
 
-// On-chip memory of a tile core that keeps shaded cells; fully associative, least recently used out first. What a cell
-// looks like is kept by its shader, which numbers it: a tile's cells are shaded together, after all are known.
+// On-chip memory of a tile core that keeps shaded cells; fully associative, LRU. The owning shader keeps the cells'
+// colours and numbers them: a tile's cells are shaded together, after all are known.
 //
 // Invariants (cited by the tests):
-//   SHC1  What find() gives was inserted under the same name since empty(); so results never depend on the capacity.
+//   SHC1  A number from find() was inserted under the same name since empty(); so results never depend on the capacity.
 //   SHC2  The `capacity` names found or inserted last are there.
 class ShadingCache {
  public:
@@ -20,7 +20,7 @@ class ShadingCache {
   // (4).
   static constexpr std::uint64_t kBytesPerEntry = 24;
 
-  // Forgets everything. The host's memory grows with what is inserted, up to the capacity.
+  // Forgets everything. The host's memory grows with the inserted cells, up to the capacity.
   void empty(std::size_t capacity);
 
   static constexpr std::uint32_t kNone = 0xFFFFFFFFu;

@@ -24,7 +24,7 @@ int block_bits(const FrameGeometry& frame, int cells) {
 
 Vec2 on_screen(const FrameGeometry& frame, const SurfaceLocation& at) {
   const Vec4 r = evaluate_surface(frame, at).raster;
-  // Points behind the near plane count as if on it: their cells are seen by nobody.
+  // Points behind the near plane count as if on it: no sample sees their cells.
   const float w = frame.projection.orthographic ? 1.0f : std::max(r.w, static_cast<float>(frame.projection.near));
   return {r.x / w, r.y / w};
 }

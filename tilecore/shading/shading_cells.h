@@ -8,8 +8,8 @@
 
 namespace tessera::tilecore {
 
-// Name of a shading cell: which base patch, which part of it, which cell of the part's grid. Equal names, equal cells,
-// whatever the tile, the sample and the time that asked.
+// Name of a shading cell: its base patch, its part of the patch, and its cell of the part's grid. Equal names mean
+// equal cells, for every tile, sample and time.
 struct ShadingCell {
   std::uint32_t patch = 0;
   std::uint32_t part = 0;      // block of a Bezier patch, row by row; triangle of a cluster
@@ -39,18 +39,17 @@ struct ShadingCell {
 // A part smaller than a cell is one cell: triangles below the size of a pixel are shaded one by one.
 class ShadingCells {
  public:
-  // Time at which cells are measured and shaded: what moves evenly is then shaded at its mean.
+  // Time at which cells are measured and shaded: uniform motion is then shaded at its mean.
   static constexpr float kTime = 0.5f;
   static constexpr int kMaxBits = 10;  // 1024 cells along a part
 
-  // Forgets what it measured; call before another frame. Cells are `cell_pixels` pixels wide instead of one.
+  // Forgets its measurements; call it before another frame. Cells are `cell_pixels` pixels wide instead of one.
   void start(const scene::FrameGeometry& frame, float cell_pixels = 1);
 
   ShadingCell cell_of(const SurfaceLocation& at);
 
-  // Where the cell is shaded: its middle; where pixels interpolate, as a place on the triangle of the patch's grid that
-  // holds it. Cells that a cluster triangle's third side cuts: about the middle of what is
-  // left.
+  // The point at which the cell is shaded: its middle; if pixels interpolate, as a place on the triangle of the patch's
+  // grid that holds it. If a cluster triangle's third side cuts the cell, about the middle of the remainder.
   static SurfaceLocation canonical_point(const scene::FrameGeometry& frame, const ShadingCell& cell);
 
  private:
@@ -59,7 +58,7 @@ class ShadingCells {
   };
   Grid grid_of(std::uint32_t patch, std::uint32_t part);
 
-  // Recent measurements, direct mapped. A pure function is remembered, so that what is evicted is of no consequence.
+  // Recent measurements, direct mapped. They are values of a pure function, so eviction does not change results.
   struct Measured {
     std::uint32_t patch = SurfaceLocation::kWholePatch, part = 0;
     Grid grid;

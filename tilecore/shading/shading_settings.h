@@ -6,7 +6,7 @@
 
 namespace tessera::tilecore {
 
-// When samples of a pixel share one pixel-shader invocation.
+// Which samples of a pixel share one pixel-shader invocation.
 enum class ShadingRate : std::uint8_t {
   kPixel,      // as kPrimitive, but fragments of adjacent triangles of a smooth surface are merged first
   kPrimitive,  // one run per pixel and primitive (multisampling); moving and defocused surfaces: per pixel-sized piece
@@ -14,20 +14,20 @@ enum class ShadingRate : std::uint8_t {
   kCache,      // one run per shading cell, shared by all samples that see it while the shading cache holds it
 };
 
-// Where derivatives of texture coordinates come from.
+// Source of derivatives of texture coordinates.
 enum class ShadingDerivatives : std::uint8_t {
   kAnalytic,  // the surface itself
   kQuad,      // differences between the invocations of 2x2 pixels, with helper invocations where pixels are not covered
 };
 
-// Where a pixel-shader invocation gets the surface of a Bezier patch from.
+// Source of the surface of a Bezier patch in a pixel-shader invocation.
 enum class ShadingSurface : std::uint8_t {
   kEvaluated,     // it evaluates the patch again, at its own parameters
-  kInterpolated,  // between the vertices of the triangle that it sees, as of a mesh
-  kFrame,         // likewise, but of displaced patches without the displacement, whose gradient it looks up
+  kInterpolated,  // it interpolates the vertices of the triangle that it sees, as for a mesh
+  kFrame,         // the same, but without the displacement, whose gradient it looks up
 };
 
-// Of interpolated attributes on their way to the pixel shader.
+// Precision of interpolated attributes before the pixel shader.
 enum class AttributePrecision : std::uint8_t { kFloat, kHalf };
 
 // Frames whose tiles have light lists (light_lists.h).
@@ -40,6 +40,20 @@ enum class LightLists : std::uint8_t {
 // spots.
 inline constexpr int kFewestRangedLights = 8;
 
+// How opaque surfaces come to be shaded (docs/passes.md, Shading paths).
+enum class ShadingPath : std::uint8_t {
+  kVisibility,       // samples name the triangle that they see, and pixels are shaded when all of that is known
+  kPrepass,          // the same, behind a pass that stores depths
+  kGbuffer,          // a fill half leaves material and normal in the tile memory, a light half reads them there
+  kGbufferExternal,  // likewise, but the G-buffer is stored, and a pass of its own loads and lights it
+};
+
+// What a sample of the G-buffer holds (gbuffer.h).
+enum class GbufferLayout : std::uint8_t {
+  kExact,   // 64 bytes: the visibility record, and material and normal in single precision
+  kPacked,  // 16 bytes
+};
+
 // Keys shading.*.
 struct ShadingSettings {
   ShadingRate rate = ShadingRate::kPixel;
@@ -48,6 +62,12 @@ struct ShadingSettings {
   ShadingSurface surface = ShadingSurface::kInterpolated;
   AttributePrecision attributes = AttributePrecision::kFloat;
   LightLists light_lists = LightLists::kRanged;
+  ShadingPath path = ShadingPath::kVisibility;
+  GbufferLayout layout = GbufferLayout::kExact;
+
+  bool has_gbuffer() const { return path == ShadingPath::kGbuffer || path == ShadingPath::kGbufferExternal; }
+  // Bytes of a sample of the G-buffer; 0: there is none.
+  std::uint64_t gbuffer_bytes() const { return !has_gbuffer() ? 0 : layout == GbufferLayout::kExact ? 64 : 16; }
 };
 Keys<ShadingSettings> shading_keys();
 
@@ -67,5 +87,10 @@ template <>
 inline constexpr auto kEnumWords<tilecore::AttributePrecision> = std::to_array<std::string_view>({"float", "half"});
 template <>
 inline constexpr auto kEnumWords<tilecore::LightLists> = std::to_array<std::string_view>({"off", "ranged", "all"});
+template <>
+inline constexpr auto kEnumWords<tilecore::ShadingPath> =
+    std::to_array<std::string_view>({"visibility", "prepass", "gbuffer", "gbuffer_external"});
+template <>
+inline constexpr auto kEnumWords<tilecore::GbufferLayout> = std::to_array<std::string_view>({"exact", "packed"});
 
 }  // namespace tessera

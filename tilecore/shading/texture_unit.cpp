@@ -19,8 +19,8 @@ int log2_of(std::int64_t power) { return std::bit_width(static_cast<std::uint64_
 }  // namespace
 
 LineSide line_side(int texels) {
-  // Odd factors by their reciprocals in 17 bits, rounded up: 3 * 43691 = 2^17 + 1, 5 * 26215 = 2^17 + 3. What they are
-  // too large by stays below the next line as long as i * 3 is below 2^17.
+  // Odd factors by their reciprocals in 17 bits, rounded up: 3 * 43691 = 2^17 + 1, 5 * 26215 = 2^17 + 3. Their excess
+  // does not reach the next line as long as i * 3 is below 2^17.
   const int power = std::countr_zero(static_cast<unsigned>(texels)), odd = texels >> power;
   if (odd == 1) return {texels, 1, power};
   TESSERA_CHECK(odd == 3 || odd == 5, "a block's side is a power of two, three or five times");

@@ -16,42 +16,42 @@
 
 namespace tessera::tilecore {
 
-// How many texels a line of a texture has along one axis: odd * 2^n, odd being 1, 3 or 5. Which line texel i lies in,
-// i / texels, is (i * multiplier) >> shift for i below 2^15, images being no larger (ImageLimits).
+// Number of texels of a texture's cache line along one axis: odd * 2^n, where odd is 1, 3 or 5. The line of texel i, i
+// / texels, is (i * multiplier) >> shift for i below 2^15; images are no larger (ImageLimits).
 struct LineSide {
   int texels;
   std::int32_t multiplier;
   int shift;
   int line_of(int texel) const { return texel * multiplier >> shift; }
 };
-// Of a number of texels whose odd factor is 1, 3 or 5.
+// The line side for a number of texels whose odd factor is 1, 3 or 5.
 LineSide line_side(int texels);
 
-// Where the levels of a texture lie in the emulated memory: each a rectangle of cache lines, row by row.
+// Layout of the levels of a texture in the emulated memory: each is a rectangle of cache lines, row by row.
 struct TextureLayoutView {
   const std::int32_t *first_line, *lines_across;  // by level
   LineSide width, height;                         // of a line
   bool compressed;                                // lookups decode blocks
-  const DepthMaps* depths = nullptr;              // whose lines these are; null: those of a texture or of an image
-  std::int32_t first_flag = 0;                    // of its flags, the line of the first
+  const DepthMaps* depths = nullptr;              // the maps that own these lines; nullptr: a texture or an image does
+  std::int32_t first_flag = 0;                    // line of the first of its flags
   std::int32_t flags_a_line = 1;
 };
 
-// Where the textures of a capture lie in the emulated memory, by numbers of cache lines: one after the other in the
-// order of their materials, level by level, each level in rows of lines. A line is a square of the texture's blocks,
-// or twice as wide as high: of 64 bytes, 4x4 texels of RGBA8, 2x2 blocks of ASTC, 4x2 blocks of ETC2 without alpha.
+// Layout of the textures of a capture in the emulated memory, by numbers of cache lines: one after the other in the
+// order of their materials, level by level, each level in rows of lines. A line is a square of the texture's blocks, or
+// twice as wide as high: of 64 bytes, 4x4 texels of RGBA8, 2x2 blocks of ASTC, 4x2 blocks of ETC2 without alpha.
 //
 // Invariants (cited by the tests):
 //   TX3  A level of w x h texels in blocks of s x s takes the lines that cover ceil(w/s) x ceil(h/s) blocks, no more.
 //   TX4  A line holds line_bytes / block bytes blocks.
 class TextureMemory {
  public:
-  // `materials`: those that frames are drawn with. `images`: others that shaders read; without levels: none. `maps`: of
-  // lights, which lie behind the rest.
+  // `materials`: the materials that frames are drawn with. `images`: further ones that shaders read; an image without
+  // levels is ignored. `maps`: of lights, which lie behind the rest.
   TextureMemory(std::span<const scene::Material> materials, std::int64_t line_bytes,
                 std::span<const shaders::RadianceImage* const> images = {}, std::span<const DepthMaps> maps = {});
 
-  // Of a texture of the materials, or of an image.
+  // Layout of a texture of the materials, of an image, or of maps.
   const TextureLayoutView& layout(const shaders::Texture* texture) const { return layouts_.at(texture).view; }
   const TextureLayoutView& layout(const shaders::RadianceImage* image) const { return layout(image->view()); }
   const TextureLayoutView& layout(const shaders::RadianceView& image) const { return layouts_.at(image.texels).view; }
@@ -60,11 +60,11 @@ class TextureMemory {
   memory::LineRange range(const shaders::RadianceImage& image) const { return layouts_.at(image.view().texels).range; }
   memory::LineRange range(const DepthMaps& maps) const { return layouts_.at(&maps).range; }
   std::uint64_t lines() const { return lines_; }
-  // The first line of depth maps; those from here on are theirs.
+  // The first line of depth maps; all lines from here on belong to them.
   std::uint64_t first_map_line() const { return first_map_line_; }
 
  private:
-  // An image with levels of its own, or the texture of a slot, once each; found by `key`.
+  // Adds an image with levels of its own, or the texture of a slot, once each; found by `key`.
   template <class Image>
   void add(const Image& image, const void* key, shaders::TexelBlocks blocks);
 
@@ -78,7 +78,7 @@ class TextureMemory {
   std::unordered_map<const void*, Layout> layouts_;
 };
 
-// What the texture unit of a core and its texture cache (L1) did.
+// Counters of the texture unit of a core and its texture cache (L1).
 struct TextureCounters {
   std::uint64_t texels = 0;
   std::uint64_t texels_decoded = 0;
@@ -86,18 +86,18 @@ struct TextureCounters {
   std::uint64_t cache_misses = 0;
 };
 
-// The texture unit of a tile core as memory sees it: which lines a lookup needs, which of them the core's cache holds,
-// which have to be asked of the L2. (Values are filtered by shaders::Texture.) The cache is emptied before every tile,
-// so that what a tile asks for does not depend on the tiles that its core had before. Configured by
-// texture.cache_bytes. One instance per thread.
+// The memory side of the texture unit of a tile core: the lines that a lookup needs, the lines that the core's cache
+// holds, and the lines requested from the L2. (shaders::Texture filters the values.) The cache is emptied before every
+// tile, so that a tile's requests do not depend on the earlier tiles of its core. Configured by texture.cache_bytes.
+// One instance per thread.
 //
 // Invariants (cited by the tests):
-//   TX1  A warp's lookup asks for each line of the texels that its lanes weigh once, however many of them do.
+//   TX1  A warp's lookup requests each line of the texels that its lanes weight once, however many lanes do.
 //   TX2  The lines that missed follow from the tile's own lookups alone.
 class TextureUnit {
  public:
   struct Settings {
-    const TextureMemory* memory = nullptr;  // null: the unit counts nothing
+    const TextureMemory* memory = nullptr;  // nullptr: the unit counts nothing
     std::int64_t cache_bytes = 16 << 10, cache_ways = 4, line_bytes = 64;
     bool operator==(const Settings&) const = default;
   };
@@ -105,26 +105,25 @@ class TextureUnit {
   // Empties the cache and the list of misses.
   void begin_tile(const Settings& settings);
 
-  // Whether lookups are to be told to fetch().
+  // Whether callers must pass lookups to fetch().
   bool active() const { return settings_.memory != nullptr; }
   // A lookup of one invocation.
   void fetch(const shaders::Texture& texture, const shaders::TexelFootprint& footprint);
-  // Lookups of a warp's invocations in one slot, whose texture lies as `layout` says:
-  // lines[4 level + corner][first ... first + lanes), -1 where there is none. A lane that reads a level has its first
-  // corner.
+  // Fetches the lookups of a warp's invocations in one slot, whose texture has this `layout`: lines[4 level +
+  // corner][first ... first + lanes), -1 for none. A lane that reads a level has its first corner.
   void fetch_warp(const TextureLayoutView& layout, const std::array<std::int32_t*, 8>& lines, std::size_t first,
                   std::size_t lanes);
-  // The same of lookups in depth maps, in one level, of `texels` each: the flags of their tiles, then the lines of those
-  // that are stored.
+  // The same for lookups in depth maps, in one level, of `texels` each: the flags of their tiles, then the lines of
+  // stored tiles.
   void fetch_depths(const TextureLayoutView& layout, const std::array<std::int32_t*, 4>& lines, std::size_t first,
                     std::size_t lanes, std::uint64_t texels);
-  // The lookup of one lane alone, as fetch() has it.
+  // The lookup of one lane alone, as in fetch().
   void fetch_lane(const TextureLayoutView& layout, const std::array<std::int32_t*, 8>& lines, std::size_t lane);
-  // Null: the unit counts nothing.
+  // nullptr: the unit counts nothing.
   const TextureMemory* memory() const { return settings_.memory; }
 
-  // From now on, lines that lookups ask for are kept, but those that the last four different ones hold: a line buffer
-  // stands in front of the cache. False: no more.
+  // Chooses whether requested lines are kept from now on. Lines among the last four different ones are not kept: a line
+  // buffer stands in front of the cache.
   void keep_requests(bool keep) {
     keep_requests_ = keep;
     line_buffer_.fill(kNoLine);
@@ -137,7 +136,7 @@ class TextureUnit {
   // Lines that missed since begin_tile(), in order.
   const std::vector<std::uint32_t>& misses() const { return misses_; }
   std::vector<std::uint32_t> take_misses() { return std::exchange(misses_, {}); }
-  const TextureCounters& counters() const { return counters_; }  // since take_counters() was called last
+  const TextureCounters& counters() const { return counters_; }  // since the last take_counters()
   TextureCounters take_counters() { return std::exchange(counters_, {}); }
 
  private:
@@ -153,7 +152,7 @@ class TextureUnit {
     for (; at > 0; --at) line_buffer_[at] = line_buffer_[at - 1];
     line_buffer_[0] = line;
   }
-  // False: the lookup in hand asked for the line before.
+  // Returns false if the current lookup has requested the line before.
   bool ask_once(std::int32_t line);
   void need_line(std::uint32_t line) {
     ++counters_.cache_requests;
@@ -167,7 +166,7 @@ class TextureUnit {
   memory::LineCache cache_{0, 1, 64};
   std::array<Known, 16> known_;
   std::vector<std::int32_t> candidates_;
-  // Lines that the warp's lookup asked for in the level in hand; the first at each place is found without a search.
+  // Lines that the warp's lookup requested in the current level; the first at each place is found without a search.
   struct Asked {
     std::uint64_t lookup = 0;
     std::int32_t line = 0;
@@ -177,7 +176,7 @@ class TextureUnit {
   std::uint64_t lookup_ = 0;
   std::vector<std::int32_t> asked_;
   std::vector<std::uint32_t> misses_;
-  // Newest first.
+  // The newest line first.
   static constexpr std::uint32_t kNoLine = 0xFFFFFFFFu;
   std::array<std::uint32_t, 4> line_buffer_{kNoLine, kNoLine, kNoLine, kNoLine};
   std::vector<std::uint32_t> requests_;
@@ -199,13 +198,13 @@ inline constexpr auto kCounterFields<tilecore::TextureCounters> =
          "Bilinear or nearest lookups in one level of a texture; a trilinear lookup is two.",
          "MaliTexFiltIssueCy (times texels a cycle); Apple texture limiter"},
         {"texture.texels_decoded", &tilecore::TextureCounters::texels_decoded, Combine::kSum, "texels",
-         "Of these, in compressed textures.", ""},
+         "Bilinear or nearest lookups of texture.texels in compressed textures.", ""},
         {"texture.cache_requests", &tilecore::TextureCounters::cache_requests, Combine::kSum, "lines",
-         "Lines that lookups asked of the texture caches of the cores; each line of a lookup once. With "
+         "Lines that lookups requested from the texture caches of the cores; each line of a lookup once. With "
          "procedures.mode=published also the lines of geometry images that cells need.",
          ""},
         {"texture.cache_misses", &tilecore::TextureCounters::cache_misses, Combine::kSum, "lines",
-         "Of these, not there. Caches are emptied before every tile.",
+         "Requested lines that the caches lack. Caches are emptied before every tile.",
          "MaliSCBusTexL2RdBy (over the line); Adreno % Texture L1 miss; V3D TMU-total-text-cache-miss"},
     });
 TESSERA_COUNTERS_COVER(tilecore::TextureCounters);

@@ -47,17 +47,17 @@ const TextureSlot* slot_of_tangents(const scene::Material& material) {
   return several ? nullptr : slot;
 }
 
-// The sets of coordinates have a bit each; those from 63 on share one.
+// Each set of coordinates has a bit; sets from 63 on share one.
 std::uint64_t bit_of_set(int texcoord) { return std::uint64_t{1} << std::min(texcoord, 63); }
 
-// Those that its shader reads.
+// The sets of coordinates that the drawable's shader reads.
 std::uint64_t coordinate_sets(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable) {
   const scene::Material& material = *drawable.material;
   std::uint64_t sets = 0;
   if (adds_height_normals(frame, drawable)) sets |= bit_of_set(material.displacement->texcoord);
   const auto add = [&](const TextureSlot& slot) { sets |= bit_of_set(slot.texcoord); };
   each_texture(material, [&](scene::MaterialTexture, const TextureSlot& slot) { add(slot); });
-  // Without tangents pixels derive them, from a coordinate that no texture may be read at.
+  // Without tangents pixels derive them, possibly from a coordinate at which no texture is read.
   if (material.has(scene::MaterialEffect::kAnisotropy) && !has_vertex_tangents(material))
     add(scene::tangent_slot(material));
   return sets;

@@ -9,9 +9,9 @@
 
 namespace tessera::tilecore {
 
-// Directions from points of the image into the scene, in world space: what the background is seen along. A camera that
-// turns during the shutter turns as the scene's points do: what is infinitely far moves linearly in raster space
-// between the motion keys.
+// World-space directions from points of the image into the scene, along which the background is seen. If the camera
+// turns during the shutter, infinitely far points move linearly in raster space between the motion keys, as the scene's
+// points do.
 class ViewRays {
  public:
   explicit ViewRays(const scene::FrameGeometry& frame);
@@ -22,12 +22,12 @@ class ViewRays {
   // Whether the camera turns during the shutter.
   bool turning() const { return turning_; }
 
-  // What direction() is asked of, point by point. Arrays reach to the next multiple of 16.
+  // Arguments of direction(), point by point. Arrays reach to the next multiple of 16.
   struct Points {
     const float *x, *y, *t, *lens_u, *lens_v;
   };
   // Environment(around).background(direction()) of each of `count` points, with the same bits, on SIMD lanes. `colors`
-  // reaches to the next multiple of 16, too. Lookups in an image are those of the slot kMirrored.
+  // reaches to the next multiple of 16, too. Lookups in an image use the slot kMirrored.
   void background(const Points& points, std::size_t count, const shaders::Surroundings& around,
                   const LookupArrays& lookups, Vec3* colors) const;
 
@@ -36,7 +36,7 @@ class ViewRays {
 
   scene::Projection projection_;
   bool turning_ = false;
-  // Camera to world, but for scale: constant, times t, times t^2. Only the first unless the camera turns.
+  // Camera to world, up to scale: constant, times t, times t^2. Only the first unless the camera turns.
   std::array<DMat3, 3> to_world_{DMat3(1.0), DMat3(0.0), DMat3(0.0)};
 };
 

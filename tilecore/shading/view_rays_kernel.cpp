@@ -15,7 +15,7 @@
 #define TESSERA_TILECORE_SHADING_VIEW_RAYS_KERNEL_CPP_
 namespace tessera::tilecore {
 
-// What the kernel reads of ViewRays.
+// The members of ViewRays that the kernel reads.
 struct ViewRaysKernel {
   const scene::Projection& projection;
   bool turning;
@@ -59,7 +59,7 @@ HWY_INLINE V at_time(V constant, V linear, V quadratic, V t) {
   return hn::Add(constant, hn::Mul(t, hn::Add(linear, hn::Mul(t, quadratic))));
 }
 
-// ViewRays::direction(); what of it is not used is not computed.
+// ViewRays::direction(), without its unused parts.
 struct UnitDirection {
   hn::Vec<F> x, y, z;
 };

@@ -19,7 +19,7 @@ MeshStore::Node& MeshStore::make_room() {
     bytes_ -= nodes_.back().bytes;
     nodes_.splice(nodes_.begin(), nodes_, std::prev(nodes_.end()));
   } else if (bytes_ >= limit_bytes_ && !nodes_.empty()) {
-    // Down to the limit; the last one to go leaves its arrays.
+    // Evicts down to the limit; the last evicted mesh leaves its arrays.
     while (true) {
       Node& oldest = nodes_.back();
       if (unused_ > 0)
@@ -41,7 +41,7 @@ const MeshStore::Item& MeshStore::get(const scene::FrameGeometry& frame, std::ui
                                       const scene::CellRange& range, RayEffects effects, bool displaced) {
   if (frame.identity != frame_identity_) {
     index_.clear();
-    // Their memory serves the new frame.
+    // Meshes of the old frame lend their memory to the new one.
     unused_ = nodes_.size();
     frame_identity_ = frame.identity;
   }

@@ -14,8 +14,9 @@
 namespace tessera::tilecore {
 
 // Host memory of tessellated sub-patches: neighbouring tiles ask for the same ones, and the host need not make them
-// again. What the emulated machine would have made again is another account (TessellationCache). Keeps what was asked
-// for last; one instance per thread. A mesh depends on its key alone, so results do not depend on what is kept.
+// again. TessellationCache accounts separately for the work that the emulated machine would repeat. Keeps the most
+// recently used meshes; one instance per thread. A mesh depends on its key alone, so results do not depend on the kept
+// meshes.
 class MeshStore {
  public:
   // [measured] Moving triangles of 1 pixel^2 at 1280x720: 32 MiB and 128 MiB take the same time within the noise (4 %)
@@ -26,13 +27,13 @@ class MeshStore {
   struct Item {
     MicroMesh mesh;
     Tessellator::Work work;
-    // Of the mesh, computed when first asked for: every tile that it touches chooses by the same.
+    // Test costs of the mesh, computed at the first request: every tile that it touches chooses by the same costs.
     const TestCosts& costs(RayEffects effects) const {
       if (!costs_) costs_ = test_costs(mesh, effects);
       return *costs_;
     }
 
-    // Likewise; whoever asks may keep them.
+    // Vertex groups of the mesh, likewise; callers may keep them.
     const std::shared_ptr<const std::vector<VertexGroup>>& groups(const scene::FrameGeometry& frame,
                                                                   std::uint32_t patch, const scene::CellRange& range,
                                                                   float lens_scale) const {
@@ -51,7 +52,7 @@ class MeshStore {
   const Item& get(const scene::FrameGeometry& frame, std::uint32_t patch, const scene::CellRange& range,
                   RayEffects effects, bool displaced = true);
 
-  // Of all that is kept; at most the limit, but for a single larger mesh.
+  // Bytes of all kept meshes; at most the limit, unless a single mesh is larger.
   std::size_t memory_bytes() const { return bytes_; }
 
  private:
@@ -73,14 +74,14 @@ class MeshStore {
   };
   using List = std::list<Node>;
 
-  // A node at the front for a new mesh: one of an earlier frame, or when memory is full the oldest one, whose arrays are used
-  // again; else a new one.
+  // Returns a node at the front for a new mesh, which uses again the arrays of a mesh of an earlier frame or, when
+  // memory is full, of the oldest one; otherwise a new node.
   Node& make_room();
 
   std::size_t limit_bytes_, bytes_ = 0;
-  std::uint64_t frame_identity_ = 0;  // of the frame that all are from
+  std::uint64_t frame_identity_ = 0;  // of the frame of all meshes
   List nodes_;                        // last used first
-  std::size_t unused_ = 0;            // of the last ones, those of an earlier frame
+  std::size_t unused_ = 0;            // number of last nodes that belong to an earlier frame
   std::unordered_map<Key, List::iterator, KeyHash> index_;
   Tessellator tessellator_;
 };

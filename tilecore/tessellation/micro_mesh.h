@@ -8,8 +8,8 @@
 
 namespace tessera::tilecore {
 
-// A tessellated sub-patch on chip: vertices at one or both motion keys, and cells of up to two triangles with their moving
-// boxes. Built right before use, in storage that is used again.
+// A tessellated sub-patch on chip: vertices at one or both motion keys, and cells of up to two triangles with their
+// moving boxes. Built right before use, in storage that is used again.
 //
 // Raster-space vertices. A vertex that lies in front of the near plane and inside the guard band at its keys is
 // *projected*: x, y are pixels on the sub-pixel grid (exact in float), z its depth. It moves on screen along a straight
@@ -34,18 +34,18 @@ struct MicroMesh {
   // Boxes in pixels in the leaf's rest frame (see Leaf). Empty for slots that are unused or clipped.
   std::vector<float> box_x_low, box_x_high, box_y_low, box_y_high;
 
-  // A leaf whose vertices form a grid: its cells, row by row, are those of `columns`; the first one's corner a is vertex
-  // `first`, and `stride` vertices later begins the next row:
+  // A leaf whose vertices form a grid: its cells lie row by row, `columns` in a row; the first cell's corner a is
+  // vertex `first`, and the next row begins `stride` vertices later:
   //     a = first + j stride + i,   b = a + 1,   c = b + stride,   d = a + stride
-  // for cell j columns + i. No columns: any corners.
+  // for cell j columns + i. With 0 columns corners are arbitrary.
   struct Grid {
     std::int32_t first = 0, stride = 0, columns = 0;
   };
   static constexpr int kGridColumns = 4;         // at most, and as many rows
-  static constexpr std::size_t kRowPadding = 8;  // the vertex arrays go on by so much behind the vertices of a grid
+  static constexpr std::size_t kRowPadding = 8;  // further elements of the vertex arrays behind a grid's vertices
 
-  // A leaf's cells nearly share their motion and their circle of confusion. What they share is taken from the sample
-  // instead of from every box: a sample at (x, y, t, u, v) lies in the leaf's *rest frame* at
+  // A leaf's cells nearly share their motion and their circle of confusion. The sample is moved back by the shared
+  // part, so that the boxes need not hold it: a sample at (x, y, t, u, v) lies in the leaf's *rest frame* at
   //     x' = x - tau(t) drift_x + u lens_factor,    tau(t) = t r / ((1-t) + t r)
   // and the boxes there do not move: they hold every vertex at every time, seen through every point of the lens.
   struct Leaf {
@@ -57,11 +57,11 @@ struct MicroMesh {
     float near;                          // no hit of these cells is nearer
     bool flat;                           // no corner changes its depth
     float x_low, x_high, y_low, y_high;  // of all boxes; empty without cells
-    Grid grid;                           // kept where both triangles of all its cells in use are
+    Grid grid;                           // only if all cells in use have both triangles
   };
   std::vector<Leaf> leaves;
 
-  // Cells with a vertex that is not projected: tested one by one in homogeneous coordinates.
+  // Cells with a vertex that is not projected; they are tested one by one in homogeneous coordinates.
   std::vector<std::uint32_t> clipped_cells;
 
   std::uint64_t triangle_count = 0;
@@ -74,7 +74,7 @@ struct MicroMesh {
   void begin_leaf(const Grid& grid);
   void add_cell(const std::array<std::int32_t, 4>& corners, std::uint32_t first_triangle);
 
-  // Of the arrays' storage.
+  // Bytes of the arrays' storage.
   std::size_t memory_bytes() const;
 };
 
@@ -88,11 +88,11 @@ struct BoxSettings {
   float sharp_factor = 0;  // see VisibilitySettings
 };
 
-// Finishes the cells of a mesh: takes away triangles with two corners in one place (a cell that keeps one triangle
-// becomes that triangle), sets clipped cells deferred, and builds the boxes of cells and leaves (motion BVH from the
+// Finishes the cells of a mesh: removes triangles with two corners in one place (a cell that keeps one triangle becomes
+// that triangle), sets clipped cells deferred, and builds the boxes of cells and leaves (motion BVH from the
 // tessellation pattern: Clarberg and Burns, US 8791945; two levels, since a sub-patch is small). Boxes are widened so
 // that they hold every vertex at every time in spite of rounding, of the spread of rates and of circles of confusion
-// inside a leaf. The same bits on every instruction set.
+// inside a leaf. Gives the same bits on every instruction set.
 void build_cells(MicroMesh& mesh, const BoxSettings& settings);
 
 }  // namespace tessera::tilecore

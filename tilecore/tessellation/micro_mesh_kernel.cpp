@@ -16,7 +16,7 @@ namespace tessera::tilecore::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// At most the cells of a leaf in a vector.
+// A vector holds at most the cells of a leaf.
 using D = hn::CappedTag<float, kLeafCells>;
 constexpr std::size_t kVectors = kLeafCells / hn::MaxLanes(D());
 using DI = hn::RebindToSigned<D>;
@@ -64,14 +64,14 @@ HWY_INLINE Corners load_corners(const MicroMesh& m, std::size_t slot) {
   return c;
 }
 
-// Cells whose corners i and j are in one place.
+// Mask of the cells whose corners i and j coincide.
 HWY_INLINE M same_place(const Corners& c, std::size_t i, std::size_t j) {
   const M open = hn::And(hn::And(hn::Eq(c.x0[i], c.x0[j]), hn::Eq(c.y0[i], c.y0[j])), hn::Eq(c.z0[i], c.z0[j]));
   const M close = hn::And(hn::And(hn::Eq(c.x1[i], c.x1[j]), hn::Eq(c.y1[i], c.y1[j])), hn::Eq(c.z1[i], c.z1[j]));
   return hn::AndNot(hn::Xor(c.projected[i], c.projected[j]), hn::And(open, close));
 }
 
-// Reduces the cells of a leaf to their triangles that are not degenerate. Returns slots with triangles.
+// Reduces the cells of a leaf to their triangles that are not degenerate. Returns the slots with triangles.
 std::uint32_t reduce_cells(MicroMesh& m, const Corners (&corners)[kVectors], std::size_t first,
                            std::uint32_t cell_count, std::uint32_t& clipped) {
   const D d;
@@ -97,7 +97,7 @@ std::uint32_t reduce_cells(MicroMesh& m, const Corners (&corners)[kVectors], std
   const std::uint32_t any = first_bits | second_bits;
   clipped &= any;
   m.triangle_count += static_cast<std::uint64_t>(std::popcount(first_bits) + std::popcount(second_bits));
-  // Cells that lose one of two triangles are rare; one whose corners move up has left the grid.
+  // Cells that lose one of two triangles are rare. If the remaining corners move up, the cell has left the grid.
   if (first_bits != second_bits) m.leaves[first / kLeafCells].grid = {};
   for (std::uint32_t bits = first_bits ^ second_bits; bits != 0; bits &= bits - 1) {
     const std::size_t slot = first + static_cast<std::size_t>(std::countr_zero(bits));
@@ -116,7 +116,7 @@ std::uint32_t reduce_cells(MicroMesh& m, const Corners (&corners)[kVectors], std
 HWY_INLINE float lowest(V v) { return hn::GetLane(hn::MinOfLanes(D(), v)); }
 HWY_INLINE float highest(V v) { return hn::GetLane(hn::MaxOfLanes(D(), v)); }
 
-// What the corners of a leaf's projected cells span. Minima and maxima only: they do not depend on the order.
+// Ranges over the corners of a leaf's projected cells. They are minima and maxima only, so the order does not matter.
 struct LeafRange {
   float low_x0, high_x0, low_y0, high_y0, low_x1, high_x1, low_y1, high_y1, low_z, high_z, low_rate, high_rate, travel;
   bool flat;
@@ -159,9 +159,9 @@ LeafRange leaf_range(const Corners (&corners)[kVectors], std::uint32_t cells, bo
   return r;
 }
 
-// What boxes are widened by.
+// Width by which boxes are padded.
 float leaf_pad(const LeafRange& r, const BoxSettings& settings, MicroMesh::Leaf& leaf) {
-  // Static and pinhole: boxes are exact.
+  // Static boxes seen through a pinhole are exact.
   leaf.rate = 1.0f;
   leaf.drift_x = leaf.drift_y = leaf.lens_factor = 0.0f;
   if (!settings.moving && !settings.lens) return 0.0f;
@@ -185,7 +185,7 @@ float leaf_pad(const LeafRange& r, const BoxSettings& settings, MicroMesh::Leaf&
     // Vertices in focus have a factor of zero.
     if (a <= 2 * settings.sharp_factor && b >= -2 * settings.sharp_factor) a = std::min(a, 0.0f), b = std::max(b, 0.0f);
     leaf.lens_factor = 0.5f * (a + b);
-    // Factors are differences that may cancel: 2^-20 of what they are differences of is 16 roundings.
+    // Factors are differences that may cancel: 2^-20 of their operands is 16 roundings.
     const float size = settings.orthographic
                            ? 1.0f + std::max(std::abs(r.low_z), std::abs(r.high_z)) * settings.inverse_focus
                            : std::abs(1.0f / r.low_z) + std::abs(1.0f / r.high_z) + settings.inverse_focus;

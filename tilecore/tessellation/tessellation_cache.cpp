@@ -146,7 +146,7 @@ std::uint64_t TessellationCache::use_line(std::uint32_t line, std::uint32_t sub_
 bool TessellationCache::passes_by(const Line& line, std::uint32_t sub_patch, std::uint32_t part) const {
   const SubPatch& of = sub_patches_[sub_patch];
   if (bytes_ + line.bytes + (of.known ? 0 : outline_bytes(of)) <= capacity_ || leaving_.empty()) return false;
-  // This is one of the uses that are left.
+  // This use is one of the remaining ones.
   return (of.uses_left > 1 ? rank_of(sub_patch, of.parts[part]) : 0) < std::get<0>(*leaving_.begin());
 }
 
@@ -166,7 +166,7 @@ bool TessellationCache::make_room(std::uint32_t line, std::uint32_t sub_patch) {
   Line& l = lines_[line];
   SubPatch& of = sub_patches_[sub_patch];
   const std::uint64_t more = (l.on_chip ? 0 : l.bytes) + (of.known ? 0 : outline_bytes(of));
-  ++of.lines_on_chip;  // its outline stays, whatever leaves
+  ++of.lines_on_chip;  // its outline stays whichever line leaves
   while (bytes_ + more > capacity_ && !leaving_.empty()) {
     const std::uint32_t first = std::get<2>(*leaving_.begin());
     unfile(first);
@@ -196,7 +196,7 @@ void TessellationCache::forget(std::uint32_t sub_patch) {
   bytes_ -= outline_bytes(sub_patches_[sub_patch]);
 }
 
-// The higher, the longer it stays.
+// Lines with a higher rank stay longer.
 std::uint64_t TessellationCache::rank_of(std::uint32_t sub_patch, const Part& part) const {
   if (sub_patches_[sub_patch].uses_left == 0) return 0;
   return TileOrder::kNever - part.next_use;

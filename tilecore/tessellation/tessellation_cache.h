@@ -51,23 +51,23 @@ struct TessellationCounters {
   std::uint64_t triangles = 0;
 };
 
-// The on-chip memory that keeps vertices for the tiles that follow, in front of the tessellator; all tile cores share
-// it. Configured by tessellator.cache_bytes, tilecore.tile_order.
+// The on-chip memory that keeps vertices for later tiles, in front of the tessellator; all tile cores share it.
+// Configured by tessellator.cache_bytes, tilecore.tile_order.
 //
 //   request -> groups of the sub-patch that the tile touches -> vertices on chip: read, transformed to both motion keys
 //              all of them while its outline is not on chip  -> not: fetch the patch, shade them, keep them
 //
-// Vertices are kept by groups (VertexGroup), in object space, 12 bytes each: a rigid object's once, whatever it does;
-// one that deforms has a line for each motion key, and segments of motion that follow one another share the key between
-// them. With them goes the *outline* of a sub-patch: the rectangle of tiles that each of its groups may touch, hulls of
-// the boxes that were built of its leaves. Outlines outlive their vertices, in up to an eighth of the memory.
+// Vertices are kept by groups (VertexGroup), in object space, 12 bytes each. A rigid drawable's are kept once, whatever
+// its motion; a deforming one has a line for each motion key, and consecutive segments of motion share the key between
+// them. The *outline* of a sub-patch is kept beside them: for each of its groups the rectangle of tiles that the group
+// may touch, hulls of the leaf boxes. Outlines outlive their vertices, in up to an eighth of the memory.
 //
-// A sub-patch that no list names any more is evicted first, then the one that the order of tiles and the rectangles bring
-// back last, or never (Belady 1966); of equals, the one that was used longest ago. The binner counts the lists that hold a
-// sub-patch; uses are counted down while its outline is on chip. A sub-patch that would be the first to leave again is not
-// kept at all.
+// The first to be evicted is a sub-patch that no list names any more, then the one whose next use, by the order of
+// tiles and the rectangles, is farthest away, or never comes (Belady 1966); among equals the least recently used. The
+// binner counts the lists that hold a sub-patch; uses are counted down while its outline is on chip. A sub-patch that
+// would be evicted first itself is not kept at all.
 //
-// Requests come in emulated order, tile by tile, whatever order the host works in.
+// Requests come in emulated order, tile by tile, independent of the host's order.
 //
 // Invariants (cited by the tests):
 //   TC1  compulsory_evaluations <= domain_evaluations <= the vertices of all requests.
@@ -76,8 +76,9 @@ struct TessellationCounters {
 //   TC4  A vertex that a leaf touching the tile needs is on chip or evaluated for the tile.
 class TessellationCache {
  public:
-  static constexpr std::uint64_t kPositionBytes = 12;  // of a vertex on chip, per key where it deforms
-  // Of a group's tiles: four numbers of 8 bits, where there are no more columns and rows, or of 16.
+  static constexpr std::uint64_t kPositionBytes = 12;  // of a vertex on chip, per key if it deforms
+  // Bytes of the rectangle of a group's tiles: four numbers of 8 bits if the grid has at most 256 columns and rows,
+  // else of 16.
   static std::uint64_t rectangle_bytes(const binner::TileGrid& grid) {
     return grid.columns() <= 256 && grid.rows() <= 256 ? 4 : 8;
   }
@@ -85,7 +86,7 @@ class TessellationCache {
   TessellationCache(std::uint64_t capacity_bytes, const binner::TileGrid& grid, const TileOrder& order)
       : capacity_(capacity_bytes), rectangle_bytes_(rectangle_bytes(grid)), grid_(grid), order_(order) {}
 
-  // A tile's requests, in its core's order. `hidden`: what its list names beside them, and the core dropped.
+  // Uses a tile's requests, in its core's order. `hidden`: sub-patches of its list that the core dropped.
   void use(binner::TileIndex tile, std::span<const TessellationRequest> requests,
            std::span<const SubPatchName> hidden = {});
 
@@ -95,13 +96,13 @@ class TessellationCache {
  private:
   static constexpr std::uint32_t kNone = ~std::uint32_t{0};
   static constexpr std::uint64_t kOutlineShare = 8;
-  static constexpr std::uint16_t kLastKey = 65535;  // of the whole shutter
+  static constexpr std::uint16_t kLastKey = 65535;  // the key at the end of the whole shutter
 
   // Vertices of one group at one key.
   struct Line {
     std::uint64_t valid = 0, ever = 0;  // on chip; evaluated at any time: a bit each
     std::uint64_t bytes = 0;
-    std::uint64_t rank = 0, used = 0;  // of eviction: the lowest first; `used` tells equal ones apart
+    std::uint64_t rank = 0, used = 0;  // order of eviction: lowest rank first, then lowest `used`
     bool on_chip = false;
     std::vector<std::pair<std::uint32_t, std::uint32_t>> users;  // sub-patches that use it, and their parts
   };
@@ -109,14 +110,14 @@ class TessellationCache {
   struct Part {
     std::uint64_t vertices = 0;
     IntRect tiles;               // columns and rows
-    std::uint32_t next_use = 0;  // place of a tile; no later than the next one that asks for it
+    std::uint32_t next_use = 0;  // place of a tile; no later than the tile that requests it next
     std::array<std::uint32_t, 2> lines{kNone, kNone};
   };
   struct SubPatch {
     std::vector<Part> parts;
     std::uint32_t lines_on_chip = 0;
     std::uint32_t uses_left = 0;
-    std::uint64_t used = 0;  // tells when that was last
+    std::uint64_t used = 0;  // time of the last use
     bool known = false;      // the outline is on chip
   };
   void begin_tile(binner::TileIndex tile);
@@ -124,17 +125,17 @@ class TessellationCache {
   std::uint32_t sub_patch_of(const TessellationRequest& request);
   IntRect tiles_of(const IntRect& pixels) const;
   std::uint32_t line_of(std::uint32_t patch, std::uint32_t group, std::uint8_t key, std::uint64_t bytes);
-  // Vertices of the part that have to be evaluated, a bit each; they and what was there are on chip afterwards, as far
-  // as there is room.
+  // Returns the vertices of the part that must be evaluated, a bit each. Afterwards they and the present ones are on
+  // chip, as far as there is room.
   std::uint64_t use_line(std::uint32_t line, std::uint32_t sub_patch, std::uint32_t part);
   bool make_room(std::uint32_t line, std::uint32_t sub_patch);
-  // Whether the part of a line that is not on chip is less worth keeping than all that would have to leave for it.
+  // Whether the part of a line that is not on chip is worth less than all lines that would have to leave for it.
   bool passes_by(const Line& line, std::uint32_t sub_patch, std::uint32_t part) const;
   void keep_outline(std::uint32_t sub_patch);
   std::uint64_t outline_bytes(const SubPatch& sub_patch) const { return sub_patch.parts.size() * rectangle_bytes_; }
   void evict(std::uint32_t line);
   void forget(std::uint32_t sub_patch);
-  // Where a line stands among those that leave, and the outline of a sub-patch that has no line.
+  // Insert or remove a line in the order of eviction, and the outline of a sub-patch that has no line.
   void file(std::uint32_t line);
   void unfile(std::uint32_t line);
   void file_outline(std::uint32_t sub_patch);
@@ -153,7 +154,7 @@ class TessellationCache {
   std::unordered_map<std::uint64_t, std::uint32_t> line_numbers_;
   std::vector<Line> lines_;
   std::set<std::tuple<std::uint64_t, std::uint64_t, std::uint32_t>> leaving_;  // rank, used, line
-  std::set<std::pair<std::uint64_t, std::uint32_t>> leaving_outlines_;         // used, sub-patch: those without lines
+  std::set<std::pair<std::uint64_t, std::uint32_t>> leaving_outlines_;         // used, sub-patch, if it has no lines
   std::uint64_t outline_bytes_ = 0;                                            // of outlines without lines
   TessellationCounters counters_;
 };
@@ -166,19 +167,18 @@ template <>
 inline constexpr auto kCounterFields<tilecore::TessellationCounters> = std::to_array<
     CounterField<tilecore::TessellationCounters>>({
     {"tilecore.tessellation_requests", &tilecore::TessellationCounters::requests, Combine::kSum, "sub-patches",
-     "Sub-patches that tiles asked for. One that several tiles need counts once for each.", ""},
+     "Sub-patches that tiles requested. A sub-patch that several tiles need counts once for each.", ""},
     {"tilecore.tessellated_sub_patches", &tilecore::TessellationCounters::sub_patches, Combine::kSum, "sub-patches",
-     "Requests for which vertices were evaluated, all or some of the sub-patch's. For the others all that the tile "
-     "needs "
-     "was in the on-chip cache (tessellator.cache_bytes).",
+     "Requests for which vertices were evaluated, all or some of the sub-patch's. For the others the on-chip cache "
+     "(tessellator.cache_bytes) held all vertices that the tile needs.",
      "Apple and Adreno: parameter or vertex cache misses (of triangles, there)"},
     {"tilecore.domain_evaluations", &tilecore::TessellationCounters::domain_evaluations, Combine::kSum, "vertices",
      "Vertices computed by the domain shader, repeated ones included; both motion keys of the shutter count once.",
      "Vulkan tessellation evaluation invocations; Apple postTessellationVertex"},
     {"tilecore.compulsory_evaluations", &tilecore::TessellationCounters::compulsory_evaluations, Combine::kSum,
      "vertices",
-     "Different vertices of the sub-patches that tiles asked for: what a cache that loses nothing would have "
-     "evaluated. Both motion keys count once.",
+     "Different vertices of the sub-patches that tiles requested: an unlimited cache would evaluate these. Both motion "
+     "keys count once.",
      ""},
     {"tilecore.vertex_transforms", &tilecore::TessellationCounters::vertex_transforms, Combine::kSum, "vertices",
      "Vertices of moving objects read from the on-chip cache, where they lie in object space, and put through the "

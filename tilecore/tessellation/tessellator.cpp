@@ -96,7 +96,7 @@ void Tessellator::shade_bezier(const FrameGeometry& frame, const PosedDrawable& 
   scene::PatchDisplacement displacement;
   if constexpr (kDisplaced) displacement = scene::patch_displacement(frame, drawable, patch);
 
-  // Rows through the inside of the grid, all lanes at once; boundary vertices are overwritten below.
+  // Rows through the interior of the grid, all lanes at once; boundary vertices are overwritten below.
   const int columns = range.i1 - range.i0 + 1;
   const auto count = static_cast<std::size_t>(columns);
   for (int i = 0; i < columns; ++i)

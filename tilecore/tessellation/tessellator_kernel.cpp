@@ -122,7 +122,7 @@ bool ProjectVertices(std::size_t count, const std::array<PointArrays, 2>& object
       good = hn::And(good, hn::And(hn::Le(hn::Abs(x[key]), guard), hn::Le(hn::Abs(y[key]), guard)));
     }
     if (moving) {
-      // Vertices that stay where they are as far as anybody can tell.
+      // Vertices whose motion is below the thresholds count as still.
       const auto within = [&](hn::Vec<D> a, hn::Vec<D> b, hn::Vec<D> most)
                               HWY_ATTR { return hn::Le(hn::Abs(hn::Sub(a, b)), most); };
       const auto still_depth = hn::Mul(h[0].depth.v, hn::Set(d, scene::kStillDepth));

@@ -31,7 +31,7 @@ void displace(std::size_t count, const float* offset, PointArrays normal, PointA
 void sample_heights(const shaders::HeightView& texture, const shaders::Sampler& sampler, float lod, const float* u,
                     const float* v, std::size_t count, float* heights);
 
-// How vertices become raster-space vertices (see MicroMesh).
+// Settings of the projection to raster-space vertices (see MicroMesh).
 struct ProjectionSettings {
   bool orthographic;
   float near;

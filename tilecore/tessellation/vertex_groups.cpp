@@ -17,7 +17,8 @@ IntRect joined(const IntRect& a, const IntRect& b) {
   return {std::min(a.x0, b.x0), std::min(a.y0, b.y0), std::max(a.x1, b.x1), std::max(a.y1, b.y1)};
 }
 
-// Hull of a leaf's moving box over the shutter and the lens. The margin holds what the frustum test adds for rounding.
+// Hull of a leaf's moving box over the shutter and the lens. The margin covers the rounding allowance of the frustum
+// test.
 IntRect hull(const MicroMesh::Leaf& leaf, float lens_scale) {
   if (!(leaf.x_low <= leaf.x_high) || !(leaf.y_low <= leaf.y_high)) return {};
   const float lens = std::abs(leaf.lens_factor) * lens_scale;
@@ -35,7 +36,7 @@ IntRect hull(const MicroMesh::Leaf& leaf, float lens_scale) {
 
 std::vector<VertexGroup> grid_groups(const scene::TessellationPattern& pattern, const scene::CellRange& range,
                                      const MicroMesh& mesh, float lens_scale) {
-  constexpr int kSide = VertexGroup::kSide, kLeafSide = 4;  // leaves as the tessellator makes them
+  constexpr int kSide = VertexGroup::kSide, kLeafSide = 4;  // leaves of the tessellator
   const int patch_columns = pattern.nu / kSide + 1;
   const int first_i = range.i0 / kSide, columns = range.i1 / kSide - first_i + 1, first_j = range.j0 / kSide,
             rows = range.j1 / kSide - first_j + 1;
@@ -67,7 +68,7 @@ std::vector<VertexGroup> grid_groups(const scene::TessellationPattern& pattern, 
   return groups;
 }
 
-// A cluster has no more vertices than a group.
+// A cluster has no more vertices than a group holds.
 VertexGroup cluster_group(const MicroMesh& mesh, float lens_scale) {
   TESSERA_CHECK(mesh.vertex_count > 0 && mesh.vertex_count <= VertexGroup::kVertices, "clusters fit a group");
   VertexGroup group;

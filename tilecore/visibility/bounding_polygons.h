@@ -15,16 +15,16 @@ namespace tessera::tilecore {
 // 8 u of single precision: the unit of margins for the rounding of the inside test.
 inline constexpr double kRoundingMargin = 0x1p-21;
 
-// Whether a cell has triangles and all its corners a place on screen; test_clipped_cells sees to those without.
+// Whether a cell has triangles and all its corners have screen positions; test_clipped_cells handles the others.
 bool is_projected(const MicroMesh& mesh, std::size_t cell);
 
-// Where a primitive of a few projected vertices may be hit: a box of pixels over an interval of time, lens and the
+// Bounds of the hits of a primitive of a few projected vertices: a box of pixels over an interval of time, lens and the
 // rounding of the inside test included.
 //
 // A sample is hit only when it lies in the hull of the corners as the inside test rounds them (its signs are never the
-// opposite of the exact ones). So the box of the exact vertices, widened by the rounding of a corner, is enough.
-// A vertex moves along a straight line at a rate that is monotone in t, so over [t0, t1] it stays between its two ends;
-// its depth does, too, and with it the circle of confusion.
+// opposite of the exact ones). So the box of the exact vertices, widened by the rounding of a corner, is enough. A
+// vertex moves along a straight line at a rate that is monotone in t, so over [t0, t1] it stays between its two ends;
+// so does its depth, and with it the circle of confusion.
 //
 // Rounding of a corner (u = 2^-24; Z the larger, z the smallest depth of the vertex over the interval, d its way, R the
 // lens radius, f the focus, W the size of the primitive's box, which bounds the corner's distance from a sample
@@ -58,14 +58,15 @@ class PrimitiveBound {
   // Pixels of `within` whose samples [x, x+1) x [y, y+1) may be hit during the interval.
   IntRect pixels(double t0, double t1, const IntRect& within) const;
 
-  // Interval of times at which the primitive may be over `pixels`: exact but for the margin, taken over the whole
-  // shutter. Empty when low > high. Where vertices enter and leave in opposite directions it is the hull.
+  // Interval of times at which the primitive may be over `pixels`: exact up to the margin, which is taken over the
+  // whole shutter. Empty when low > high. If vertices enter and leave in opposite directions it is the hull.
   struct Times {
     double low = 0, high = 1;
   };
   Times times_over(const IntRect& pixels) const;
 
-  // Larger side of the box at open or close, and how far a vertex moves along an axis; pixels, lens included in `size`.
+  // Larger side of the box at open or close, and the largest motion of a vertex along an axis; pixels, lens included in
+  // `size`.
   double size() const;
   double blur() const;
 
@@ -79,7 +80,7 @@ class PrimitiveBound {
   double lens_factor(double z) const;
   double reach(const Vertex& v, double t0, double t1) const;                 // of the lens
   double margin(const Vertex& v, double t0, double t1, double width) const;  // of rounding
-  // Narrows `times` to when some vertex is below `side` (sign 1) or above it (sign -1) along an axis.
+  // Narrows `times` to the times at which some vertex is below `side` (sign 1) or above it (sign -1) along an axis.
   void keep_side(std::size_t axis, double sign, double side, double width, Times& times) const;
 
   const MicroMesh& mesh_;
@@ -94,15 +95,15 @@ struct BoundingPiece {
   StencilReferences references;
 };
 
-// How the methods of US 9626762 cut the bounding polygon of a moving primitive. Each appends its pieces to `out` and
-// returns how many rectangles it looked at, those outside the tile included.
+// The methods of US 9626762 for cutting the bounding polygon of a moving primitive. Each appends its pieces to `out`
+// and returns the number of rectangles that it tested, including rectangles outside the tile.
 //
 // Invariants (cited by the tests):
 //   BP1  A sample that the inside test finds inside the primitive is in a piece.
 //   BP2  No sample is in two pieces of one primitive: pieces overlap in space or in time, never in both.
 //   BP3  No piece reaches outside `tile`, holds no pixel, or keeps a stencil value outside `times`.
 //
-// Brute: the rectangle of the whole motion, all times.
+// Brute: the rectangle of the whole motion, at all times.
 std::size_t whole_motion_piece(const PrimitiveBound& bound, const IntRect& tile, const TimeRange& times,
                                std::vector<BoundingPiece>& out);
 // Timeline segments, clusters: `count` (1 to 256) equal segments of the 256 stencil values, each with the
@@ -110,18 +111,19 @@ std::size_t whole_motion_piece(const PrimitiveBound& bound, const IntRect& tile,
 // one's earliest time to the last one's latest, so nothing can round apart.
 std::size_t segment_pieces(const PrimitiveBound& bound, const IntRect& tile, const TimeRange& times, int count,
                            std::vector<BoundingPiece>& out);
-// Partition, cluster-partition: the rectangle of the whole motion, cut into squares of about the primitive's own size; each keeps the
-// stencil values of the times at which the moving box touches it. Those times are solved for, so they are widened by
-// one stencil value at each end: there geometry and stencil do round apart.
+// Partition, cluster-partition: the rectangle of the whole motion, cut into squares of about the primitive's own size;
+// each keeps the stencil values of the times at which the moving box touches it. Those times are solutions, so they are
+// widened by one stencil value at each end: there geometry and stencil may round apart.
 std::size_t partition_pieces(const PrimitiveBound& bound, const IntRect& tile, const TimeRange& times,
                              std::vector<BoundingPiece>& out);
 
-// Interleaved: for each stencil value that samples have, the rectangle of where the primitive is at their times: with
-// eight bits one time, at which it stands still.
+// Interleaved: for each stencil value that samples have, the rectangle of the primitive at their times: with eight bits
+// a single time, at which it stands still.
 std::size_t interleaved_pieces(const PrimitiveBound& bound, const IntRect& tile, const TimeRange& times,
                                const SampleClasses& classes, std::vector<BoundingPiece>& out);
 
-// Segments of a polygon when the configuration leaves it to the unit: as many as the primitive moves its own size.
+// Number of segments of a polygon if the configuration leaves it to the unit: the primitive's motion in units of its
+// own size.
 int segments_for(const PrimitiveBound& bound);
 
 }  // namespace tessera::tilecore

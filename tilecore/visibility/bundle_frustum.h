@@ -16,7 +16,7 @@ struct RaySpace {
   bool moving = false;
   double inverse_focus = 0;
   double lens_radius = 0;   // pixels per unit of the lens factor; 0 for a pinhole
-  double sharp_radius = 0;  // pixels of defocus that vertices in focus do not have; see VisibilitySettings
+  double sharp_radius = 0;  // pixels of defocus that vertices in focus lack; see VisibilitySettings
 };
 
 // A linearly moving box of that space: [key][axis], B(t) = (1-t) B(0) + t B(1). Rounded outwards.
@@ -28,12 +28,11 @@ struct MotionBox {
   void merge(const MotionBox& o);  // key by key
 };
 
-// The rays of a rectangle of pixels against moving boxes (Clarberg and Burns, US 8791945): a plane has n.p + d > 0
-// outside, and the box's corner farthest inside moves linearly, too, so one distance at each key decides.
+// The rays of a rectangle of pixels against moving boxes (Clarberg and Burns, US 8791945): outside a plane n.p + d > 0.
+// The box's corner farthest inside moves linearly, too, so one distance at each key decides.
 //
 // Each side of the rectangle is a pair of planes, through the two extreme points of the lens: at depth z the side of a
-// lens point l lies at a z + l (1 - z/f), l in [-R, R]; what is outside of all of them is what is outside both
-// extremes.
+// lens point l lies at a z + l (1 - z/f), l in [-R, R]; a point outside both extremes is outside all of them.
 //
 // Distances are computed in single precision with a bound e = 6 u (|n_x p_x| + |n_z p_z| + |d|) of their rounding, by
 // which boxes are moved inwards before anything is decided or solved: solving first and nudging the solution afterwards
@@ -47,13 +46,14 @@ class BundleFrustum {
   // Depth in [near, far]; far may be infinite.
   BundleFrustum(const RaySpace& space, const IntRect& pixels, float near, float far);
 
-  // The near and far plane are tested from here on only if `root` may cross them (its farther corners decide).
+  // Tests the near and far plane from here on only if `root` may cross them (its farther corners decide).
   void drop_depth_planes(const MotionBox& root);
 
-  // An inner node: outside one plane at both motion keys. Lets boxes pass that are outside several planes interleaved.
+  // Whether an inner node's box is outside one plane at both motion keys. A box that is outside different planes at
+  // different times passes.
   bool outside(const MotionBox& box) const;
 
-  // A leaf: all times at which the box may meet a ray; empty when low > high.
+  // All times at which a leaf's box may meet a ray; empty when low > high.
   struct Times {
     float low = 0, high = 1;
     bool empty() const { return low > high; }
@@ -61,7 +61,7 @@ class BundleFrustum {
   Times times(const MotionBox& box) const;
 
  private:
-  // sign * p[axis] + slope * p.z + offset > 0: outside. Depth planes have no slope.
+  // Outside if sign * p[axis] + slope * p.z + offset > 0. Depth planes have no slope.
   struct Plane {
     std::size_t axis;
     float sign, slope, offset;

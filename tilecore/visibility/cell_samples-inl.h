@@ -1,5 +1,5 @@
-// Samples against the cells of a leaf: SIMD source that all kernels of visibility share. For inclusion by their files,
-// once per SIMD target.
+// Samples against the cells of a leaf: SIMD source that all kernels of visibility share. Their files include it once
+// per SIMD target.
 
 #include <algorithm>
 #include <bit>
@@ -45,7 +45,7 @@ HWY_INLINE std::uint32_t mask_bits(Mask mask) {
 }
 
 #if HWY_TARGET == HWY_AVX2
-// By set lanes of eight: where they are, in order.
+// For each mask of eight lanes: the numbers of the set lanes, in order.
 struct SetLanes {
   alignas(64) std::uint8_t of[256][8];
 };
@@ -58,7 +58,7 @@ constexpr SetLanes kSetLanes = [] {
 }();
 #endif
 
-// The set lanes side by side, and garbage behind them.
+// Packs the set lanes at the front; garbage follows them.
 template <class Vector, class Tag>
 HWY_INLINE Vector compress(Vector v, M mask, Tag tag) {
 #if HWY_TARGET == HWY_AVX2
@@ -71,7 +71,7 @@ HWY_INLINE Vector compress(Vector v, M mask, Tag tag) {
 #endif
 }
 
-// Stores them; returns their number. In a register first: compressing into memory is slow.
+// Stores the packed lanes; returns their number. Packs in a register first: compressing into memory is slow.
 template <class Vector, class Tag>
 HWY_INLINE std::size_t compress_store(Vector v, M mask, Tag tag, hn::TFromD<Tag>* to) {
   hn::StoreU(compress(v, mask, tag), tag, to);
@@ -85,8 +85,8 @@ HWY_INLINE void for_each_lane(M mask, const Body& body) {
     body(static_cast<std::size_t>(std::countr_zero(bits)));
 }
 
-// What a kernel is compiled for. Without kDepthMoves no corner changes its depth; the formulas are the same, with the
-// divisions that follow from it done once per cell.
+// The effects that a kernel is compiled for. Without kDepthMoves no corner changes its depth; the formulas are the
+// same, but the divisions that depend on depth alone are done once per cell.
 template <bool kMotion_, bool kDepthMoves_, bool kLens_, bool kOrthographic_, class Clock_ = NoStageClock>
 struct Effects {
   using Clock = Clock_;
@@ -120,7 +120,7 @@ HWY_INLINE CellCorner load_corner(const MicroMesh& mesh, std::size_t v) {
 struct Cell {
   CellCorner corner[4];
   VI triangle;
-  M second;  // it has a triangle (a, c, d)
+  M second;  // lanes with a triangle (a, c, d)
 };
 
 // The same cell in all lanes.
@@ -135,7 +135,7 @@ HWY_INLINE Cell load_cell(const MicroMesh& mesh, std::size_t cell) {
   return c;
 }
 
-// The cells of a leaf, ready to be picked from by lanes.
+// The cells of a leaf as tables from which lanes pick.
 struct LeafCells {
   static constexpr std::size_t kX0 = 0, kY0 = 1, kDX = 2, kDY = 3, kScale = 4, kZ0 = 5, kDZ = 6, kZ1 = 7;
   alignas(64) float corner[4][8][kLeafCells];
@@ -174,7 +174,7 @@ HWY_INLINE void load_cells(const MicroMesh& mesh, std::size_t first, LeafCells& 
   for (std::size_t i = 0; i < kLeafCells; ++i) cells.triangle[i] = static_cast<std::int32_t>(mesh.triangle[first + i]);
 }
 
-// Picks entries of a table of a leaf's cells: a permutation of one register where that holds all of them.
+// Picks entries of a table of a leaf's cells: by a permutation if one register holds the whole table.
 HWY_INLINE V pick(const float* table, VI number) {
   if constexpr (kMaxLanes == kLeafCells)
     return hn::TableLookupLanes(hn::LoadU(D(), table), hn::IndicesFromVec(D(), number));
@@ -188,11 +188,11 @@ HWY_INLINE VI pick(const std::int32_t* table, VI number) {
     return hn::GatherIndex(DI(), table, number);
 }
 
-// The same of a table of 32 entries and two registers, which lies on a multiple of 64 bytes.
+// The same for a table of 32 entries and two registers, aligned to 64 bytes.
 constexpr std::size_t kPickable = 32;
 HWY_INLINE V pick_of_32(const float* table, VI number) {
 #if HWY_TARGET == HWY_AVX3
-  // Highway 1.0 has no word for it.
+  // Highway 1.0 has no function for it.
   return V{_mm512_permutex2var_ps(_mm512_load_ps(table), number.raw, _mm512_load_ps(table + 16))};
 #else
   return hn::GatherIndex(D(), table, number);
@@ -214,7 +214,7 @@ HWY_INLINE CellCorner pick_corner(const Get& get) {
   v.y0 = get(LeafCells::kY0);
   v.d_x = E::kMotion ? get(LeafCells::kDX) : v.x0;
   v.d_y = E::kMotion ? get(LeafCells::kDY) : v.y0;
-  v.z0 = E::kDepthMoves || E::kOrthographic ? get(LeafCells::kZ0) : v.x0;  // else not looked at
+  v.z0 = E::kDepthMoves || E::kOrthographic ? get(LeafCells::kZ0) : v.x0;  // else unused
   v.d_z = E::kDepthMoves ? get(LeafCells::kDZ) : v.x0;
   v.z1 = E::kDepthMoves ? get(LeafCells::kZ1) : v.x0;
   v.scale = E::kOrthographic ? hn::Set(D(), 1.0f) : (E::kDepthMoves ? v.x0 : get(LeafCells::kScale));
@@ -234,21 +234,21 @@ HWY_INLINE Cell pick_cells(const LeafCells& from, VI number) {
 
 // ---- Leaves of a grid -------------------------------------------------------------------------------------------
 
-// The vertices of such a leaf, each once, and what finds the corners of its cells among them. Row by row: three rows from
-// the first entry of a table, two from the entry that begins the second register.
+// The vertices of such a leaf, each once, and tables that find the corners of its cells among them. Row by row: three
+// rows from the first entry of a table, two from the entry that begins the second register.
 struct LeafVertices {
   static constexpr std::size_t kRows = MicroMesh::kGridColumns + 1, kRowsBefore = 3, kBehind = kPickable / 2, kRow = 8;
   static_assert(kRowsBefore * kRows <= kBehind && (kRows - kRowsBefore) * kRows <= kBehind &&
                 kRow <= MicroMesh::kRowPadding);
-  // Where a row of `length` vertices begins.
+  // First entry of a row of `length` vertices.
   static constexpr std::size_t row_at(std::size_t row, std::size_t length) {
     return row < kRowsBefore ? row * length : kBehind + (row - kRowsBefore) * length;
   }
-  alignas(64) float table[8][kPickable];  // as LeafCells; what is behind a vertex is not looked at
+  alignas(64) float table[8][kPickable];                        // as LeafCells; entries behind a vertex are not used
   const std::int32_t *first_corner, *fourth_corner, *triangle;  // by cell
 };
 
-// By columns of a leaf, less one: where corners a and d of each cell are in LeafVertices.
+// By columns of a leaf, less one: entries of corners a and d of each cell in LeafVertices.
 struct GridCorners {
   alignas(64) std::int32_t first[MicroMesh::kGridColumns][kLeafCells], fourth[MicroMesh::kGridColumns][kLeafCells];
 };
@@ -266,8 +266,8 @@ constexpr GridCorners kGridCorners = [] {
   return corners;
 }();
 
-// Calls put(d, at, get) until all vertices of a leaf had their turn: `get` makes a vector of tag `d` of what an array
-// holds for some of them; its place is from entry `at` of a table on. Lanes without a vertex are zero.
+// Calls put(d, at, get) until all vertices of a leaf are covered: `get` makes a vector of tag `d` from an array's
+// values for some of them; the vector belongs to the entries from `at` of a table on. Lanes without a vertex are zero.
 template <class Put>
 HWY_INLINE void for_each_row(const MicroMesh::Leaf& leaf, const Put& put) {
   const auto columns = static_cast<std::size_t>(leaf.grid.columns), length = columns + 1;
@@ -276,7 +276,7 @@ HWY_INLINE void for_each_row(const MicroMesh::Leaf& leaf, const Put& put) {
     return static_cast<std::size_t>(leaf.grid.first) + row * static_cast<std::size_t>(leaf.grid.stride);
   };
 #if HWY_TARGET == HWY_AVX3
-  // Rows side by side in a register, each loaded where it belongs: what is masked out is not read.
+  // Rows lie side by side in a register, and each is loaded to its place: masked lanes are not read.
   const D d;
   for (std::size_t first = 0, part = 0; first < LeafVertices::kRows;
        first += LeafVertices::kRowsBefore, part += LeafVertices::kBehind) {
@@ -292,7 +292,7 @@ HWY_INLINE void for_each_row(const MicroMesh::Leaf& leaf, const Put& put) {
     });
   }
 #else
-  // A row overwrites what the one before it put behind its own.
+  // Each row overwrites the surplus that the previous one stored behind its own.
   const hn::CappedTag<float, LeafVertices::kRow> d;
   for (std::size_t row = 0; row < rows; ++row)
     for (std::size_t i = 0; i < length; i += hn::Lanes(d))
@@ -325,7 +325,7 @@ HWY_INLINE void load_vertices(const MicroMesh& mesh, std::size_t l, LeafVertices
       put(LeafCells::kZ1, z1);
     }
     if constexpr (E::kDepthMoves || E::kOrthographic) put(LeafCells::kZ0, z0);
-    // Vertices at no depth are of no cell that is tested.
+    // Vertices at depth 0 belong to no tested cell.
     const Vector one = hn::Set(d, 1.0f);
     if constexpr (!E::kDepthMoves && !E::kOrthographic)
       put(LeafCells::kScale, hn::Div(one, hn::IfThenElse(hn::Eq(z0, hn::Zero(d)), one, z0)));
@@ -345,14 +345,14 @@ HWY_INLINE Cell pick_cells(const LeafVertices& from, VI number) {
   return c;
 }
 
-// The samples of the lanes; t, u, v only where the effects have them.
+// The samples of the lanes; t, u, v only if the effects use them.
 struct SampleLanes {
   V x, y, t, lens_u, lens_v;
   VI id;  // natural order
 };
 
-// A corner as the lanes' samples see it: Corner of cell_test.h, lane by lane. scale is left out (see corner_scale)
-// where it takes a division that only hits need.
+// A corner as the lanes' samples see it: Corner of cell_test.h, lane by lane. scale is left out (see corner_scale) if
+// it takes a division that only hits need.
 struct CornerLanes {
   V x, y, z, scale;
 };
@@ -375,7 +375,7 @@ HWY_INLINE CornerLanes place_corner(const CellCorner& v, const SampleLanes& s, V
   c.x = hn::Sub(v.x0, s.x);
   c.y = hn::Sub(v.y0, s.y);
   if constexpr (E::kMotion) {
-    // z1 / z is exactly 1 where the depth does not change.
+    // z1 / z is exactly 1 if the depth does not change.
     V lambda = s.t;
     if constexpr (E::kDepthMoves && !E::kOrthographic) lambda = hn::Mul(s.t, hn::Div(v.z1, c.z));
     c.x = fma(lambda, v.d_x, c.x);
@@ -393,7 +393,7 @@ HWY_INLINE CornerLanes place_corner(const CellCorner& v, const SampleLanes& s, V
 
 HWY_INLINE V edge(const CornerLanes& a, const CornerLanes& b) { return hn::Sub(hn::Mul(a.x, b.y), hn::Mul(a.y, b.x)); }
 
-// What all tests of a mesh share.
+// Data that all tests of a mesh share.
 struct Context {
   const MicroMesh& mesh;
   const TileSamples& samples;
@@ -402,7 +402,7 @@ struct Context {
   VisibilityWork& work;
 };
 
-// Triangles of the lanes: edge functions, corners and where those are at shutter open, in the order of the weights.
+// Triangles of the lanes: edge functions, corners and their places at shutter open, in the order of the weights.
 struct TriangleLanes {
   V e[3];
   CornerLanes p[3];
@@ -410,7 +410,7 @@ struct TriangleLanes {
   VI number;
 };
 
-// The hits of the `inside` lanes.
+// Emits the hits of the `inside` lanes.
 template <class E>
 HWY_INLINE void emit(const Context& to, M inside, const TriangleLanes& of, VI id) {
   const D d;
@@ -461,7 +461,7 @@ HWY_INLINE void emit(const Context& to, M inside, const TriangleLanes& of, VI id
   });
 }
 
-// Lanes with an edge function of exactly zero, one by one.
+// Tests lanes with an edge function of exactly zero, one by one.
 template <class E>
 HWY_NOINLINE void test_ties(const Context& to, const Cell& cell, const CornerLanes (&corner)[4], M ties, VI id) {
   const D d;
@@ -503,7 +503,7 @@ HWY_NOINLINE void test_ties(const Context& to, const Cell& cell, const CornerLan
   });
 }
 
-// Both triangles of a cell against the lanes that are `valid`.
+// Tests both triangles of a cell against the `valid` lanes.
 template <class E>
 HWY_INLINE void test_cell(const Context& to, const Cell& cell, const SampleLanes& s, M valid) {
   const D d;
@@ -524,13 +524,13 @@ HWY_INLINE void test_cell(const Context& to, const Cell& cell, const SampleLanes
   const std::uint64_t triangle_tests = hn::CountTrue(d, valid) + hn::CountTrue(d, two);
   to.work.triangle_tests += triangle_tests;
   E::Clock::count(RayStage::kTriangles, triangle_tests);
-  const V e_cd = edge(c, e), e_da = edge(e, a), e_ac = hn::Neg(e_ca);  // exactly what edge(a, c) gives
+  const V e_cd = edge(c, e), e_da = edge(e, a), e_ac = hn::Neg(e_ca);  // bit for bit edge(a, c)
   ties = hn::Or(ties, hn::And(cell.second, hn::Or(hn::Eq(e_cd, zero), hn::Eq(e_da, zero))));
   const M second = hn::AndNot(ties, hn::And(two, one_sign(e_ac, e_cd, e_da)));
   ties = hn::And(valid, ties);
   first = hn::AndNot(ties, first);
   E::Clock::enter(RayStage::kHits);
-  // A cell that is not folded has a sample in one of its triangles: both give their hits at once.
+  // In a cell that is not folded a sample is in one of the triangles: the hits of both are emitted at once.
   const auto emit_both = [&](M of_second, M inside) HWY_ATTR {
     const auto either = [&](V x, V y) HWY_ATTR { return hn::IfThenElse(of_second, y, x); };
     const auto corners = [&](const CornerLanes& x, const CornerLanes& y) HWY_ATTR {
@@ -574,7 +574,7 @@ struct Pairs {
 
 HWY_INLINE M in_box(V x, V x_low, V x_high, V y, V y_low, V y_high) {
 #if HWY_TARGET == HWY_AVX3
-  // AVX-512 compares under a mask for nothing; Highway 1.0 has no word for it.
+  // AVX-512 compares under a mask for free; Highway 1.0 has no function for it.
   const auto above_x = _mm512_cmp_ps_mask(x.raw, x_low.raw, _CMP_GE_OQ),
              in_x = _mm512_mask_cmp_ps_mask(above_x, x.raw, x_high.raw, _CMP_LE_OQ),
              above_y = _mm512_mask_cmp_ps_mask(in_x, y.raw, y_low.raw, _CMP_GE_OQ);
@@ -584,8 +584,8 @@ HWY_INLINE M in_box(V x, V x_low, V x_high, V y, V y_low, V y_high) {
 #endif
 }
 
-// Survivors from `s` on against the boxes of all cells, until all are through or the list is full. Returns the first
-// that was not tested.
+// Tests survivors from `s` on against the boxes of all cells, until all are tested or the list is full. Returns the
+// first untested one.
 HWY_INLINE std::size_t find_pairs(const MicroMesh& mesh, std::size_t first, const Survivors& from, std::size_t s,
                                   Pairs& pairs) {
   const D d;
@@ -617,7 +617,7 @@ HWY_INLINE std::size_t find_pairs(const MicroMesh& mesh, std::size_t first, cons
   return s;
 }
 
-// `get` gives a vector of an array's elements.
+// `get` returns a vector of an array's elements.
 template <class E, class Get>
 HWY_INLINE SampleLanes sample_lanes(const Survivors& from, const Get& get) {
   const V none = hn::Zero(D());
@@ -631,7 +631,7 @@ HWY_INLINE SampleLanes sample_lanes(const Survivors& from, const Get& get) {
   return s;
 }
 
-// The survivors at `at`.
+// The survivors with numbers `at`.
 template <class E>
 HWY_INLINE SampleLanes pick_samples(const Survivors& from, VI at) {
   if (from.count <= kPickable) return sample_lanes<E>(from, [&](const auto* v) HWY_ATTR { return pick_of_32(v, at); });
@@ -640,12 +640,12 @@ HWY_INLINE SampleLanes pick_samples(const Survivors& from, VI at) {
   });
 }
 
-// Pairs, a vector of them with both triangles at once, of a leaf's `cells`. Empties the list.
+// Tests the pairs with a leaf's `cells`, a vector of pairs with both triangles at once. Empties the list.
 template <class E, class Cells>
 HWY_INLINE void test_pairs(const Context& to, const Cells& cells, const Survivors& from, Pairs& pairs) {
   const D d;
   const DI di;
-  hn::StoreU(hn::Zero(di), di, pairs.number + pairs.count);  // lanes behind the last pair name one that exists
+  hn::StoreU(hn::Zero(di), di, pairs.number + pairs.count);  // lanes behind the last pair name a valid one
   to.work.pairs += pairs.count;
   for (std::size_t i = 0; i < pairs.count; i += hn::Lanes(d)) {
     const M valid = hn::FirstN(d, pairs.count - i);
@@ -657,8 +657,8 @@ HWY_INLINE void test_pairs(const Context& to, const Cells& cells, const Survivor
   pairs.count = 0;
 }
 
-// Survivors against a leaf's cells: all boxes first; then the pairs of a survivor and a cell that are left. Empties the
-// list.
+// Tests survivors against a leaf's cells: all boxes first; then the remaining pairs of a survivor and a cell. Empties
+// the list.
 template <class E>
 void test_survivors(const Context& to, std::size_t l, Survivors& from) {
   const MicroMesh& mesh = to.mesh;
@@ -666,7 +666,7 @@ void test_survivors(const Context& to, std::size_t l, Survivors& from) {
   to.work.box_tests += box_tests;
   to.work.box_lanes += from.count * kLeafCells;
   E::Clock::count(RayStage::kBoxes, box_tests);
-  // Cells are fetched first: boxes need not wait for them.
+  // Cells are fetched first, as boxes do not depend on them.
   E::Clock::enter(RayStage::kTriangles);
   const auto test_all = [&](const auto& cells) HWY_ATTR {
     Pairs pairs;

@@ -3,7 +3,7 @@
 namespace tessera::tilecore {
 namespace {
 
-// Rounded as in the kernels; where that is zero, the double-precision value to the nearest float.
+// Rounded as in the kernels; if the result is zero, the double-precision value to the nearest float.
 float edge_value(const Corner& a, const Corner& b) {
   const float p = a.x * b.y, q = a.y * b.x, e = p - q;
   if (e != 0.0f) return e;

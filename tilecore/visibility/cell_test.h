@@ -10,12 +10,12 @@ namespace tessera::tilecore {
 // sample's position.
 //
 // Edge functions e(A, B) = A.x B.y - A.y B.x are computed without fused operations: the sign of a difference of two
-// rounded products is that of the exact value or zero, never the opposite (rounding is monotone). Zero is resolved
+// rounded products equals the exact sign or is zero, never the opposite (rounding is monotone). Zero is resolved
 // exactly in double (products of floats are exact there) and, on the edge itself, by a symbolic shift of the sample by
 // (eps, eps^2): so two triangles that share an edge always decide oppositely, and every sample inside a closed mesh is
 // in exactly one of the triangles that tile its neighbourhood. Back faces follow from all signs being negative.
 struct Corner {
-  float x, y;   // relative to the sample; for vertices that are not projected times w
+  float x, y;   // relative to the sample; times w for vertices that are not projected
   float scale;  // weight of the corner in perspective interpolation: 1/w, or 1 for homogeneous corners
   float z;      // depth at the sample's time
 };
@@ -36,11 +36,11 @@ struct TriangleHit {
 };
 
 // The scalar reference. `weighted_depth`: depth from the corners' depths (orthographic, or corners that are not
-// projected) instead of from their scales. False: outside, or degenerate. Raises neither the invalid nor the
-// divide-by-zero flag for finite corners.
+// projected) instead of from their scales. Returns false if the sample is outside or the triangle degenerate. Raises
+// neither the invalid nor the divide-by-zero flag for finite corners.
 bool exact_triangle_test(const Corner& a, const Corner& b, const Corner& c, bool weighted_depth, TriangleHit& hit);
 
-// What a hit must satisfy besides being inside.
+// Conditions on a hit besides being inside.
 struct HitLimits {
   float near = 0;
   float far = std::numeric_limits<float>::infinity();

@@ -55,15 +55,15 @@ DVec4 homogeneous(const MicroMesh& m, std::size_t v, bool close, bool orthograph
   return m.projected[v] ? DVec4(x * w, y * w, z, w) : DVec4(x, y, z, w);
 }
 
-// Where and when samples may hit a triangle.
+// Pixels and times at which samples may hit a triangle.
 struct Piece {
   IntRect pixels;
   TimeRange values;  // of the stencil
   float near_z;
 };
 
-// A triangle without a place on screen at every time: bounded over intervals of the shutter in homogeneous coordinates,
-// what is nearer than the near plane cut off.
+// A triangle without a screen position at some time: bounded over intervals of the shutter in homogeneous coordinates,
+// with the part nearer than the near plane cut off.
 class ClippedTriangle {
  public:
   ClippedTriangle(const MicroMesh& m, const std::array<std::size_t, 3>& vertices, bool motion,
@@ -82,7 +82,7 @@ class ClippedTriangle {
     margin_.pixels = 1.0 / static_cast<double>(scene::kSubpixels);
   }
 
-  // The pieces that a method looks at, those that hold no pixel of the tile left out.
+  // Appends the pieces that a method tests, without pieces that hold no pixel of the tile.
   void append_pieces(const VisibilityMethodSettings& method, const TimeRange& times, std::vector<Piece>& out) const {
     const std::size_t first = out.size();
     switch (motion_ ? method.method : VisibilityMethod::kBrute) {
@@ -108,11 +108,11 @@ class ClippedTriangle {
   }
 
  private:
-  static constexpr int kSegments = 16;      // [assumed] what crosses the near plane moves far on screen
+  static constexpr int kSegments = 16;      // [assumed] a triangle across the near plane moves far on screen
   static constexpr int kPartSide = 8;       // pixels
-  static constexpr double kFewSamples = 2;  // that a piece holds on average: another box costs more than they do
+  static constexpr double kFewSamples = 2;  // average in a piece: another box costs more than testing them
 
-  // Of times at which there are samples.
+  // Appends the piece of some stencil values; returns false if no sample has one of them.
   bool append(const TimeRange& values, std::vector<Piece>& out) const {
     const SampleClasses& classes = *samples_.classes;
     const std::uint32_t first = classes.first_at[static_cast<std::size_t>(values.first)],
@@ -219,7 +219,7 @@ void test_clipped_cells(const MicroMesh& mesh, const TileSamples& samples, TimeR
                         const VisibilityMethodSettings& method, HitSink& sink, VisibilityWork& work) {
   constexpr std::array<std::array<std::size_t, 3>, 2> kTriangles = {{{0, 1, 2}, {0, 2, 3}}};
   const HitLimits& limits = settings.limits;
-  // What is hidden is not looked for where the method's own boxes have that limit, too.
+  // Hidden samples are skipped only if the method's own boxes have a depth limit, too.
   const float* depth = method.method == VisibilityMethod::kPatchBvh ? settings.depth : nullptr;
   std::vector<Piece> pieces;
   for (const std::uint32_t cell : mesh.clipped_cells) {

@@ -8,11 +8,11 @@ namespace tessera::tilecore {
 
 // Cells with a vertex behind the near plane or outside the guard band, at either key: the few triangles for which no
 // screen position exists. They are tested in homogeneous coordinates (Olano and Greer 1997), sample by sample inside
-// bounds of what is in front of the near plane: those that the method has for other cells. patch-bvh halves the shutter
-// until the bounds of a part hold few samples, at last one time, and leaves out samples that see something nearer; the
-// segment methods and interleaved bound each of their segments, the partitions a square of the tile. Edges between projected vertices are decided exactly as in the
-// kernels, so no crack opens towards neighbours that are not clipped. Samples whose stencil value is outside `times`
-// are left out.
+// bounds of their part beyond the near plane. The bounds are the method's: patch-bvh halves the shutter until the
+// bounds of a part hold few samples, at last one time, and skips samples that see a nearer surface; the segment methods
+// and interleaved bound each of their segments, the partitions a square of the tile. Edges between projected vertices
+// are decided exactly as in the kernels, so no crack opens towards unclipped neighbours. Samples whose stencil value is
+// outside `times` are skipped.
 void test_clipped_cells(const MicroMesh& mesh, const TileSamples& samples, TimeRange times, RayEffects effects,
                         const scene::Projection& projection, const VisibilitySettings& settings,
                         const VisibilityMethodSettings& method, HitSink& sink, VisibilityWork& work);

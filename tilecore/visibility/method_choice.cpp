@@ -9,14 +9,14 @@
 namespace tessera::tilecore {
 namespace {
 
-// [measured] Rays that 4x4 pixels cast for a sample that is over the mesh, and what a triangle test is worth in box
-// tests: between what the method table's toys and turning, approaching and crossing meshes take.
+// [measured] Number of rays that 4x4 pixels cast for each sample over the mesh, and the cost of a triangle test in box
+// tests: between the values for the method table's toys and for turning, approaching and crossing meshes.
 constexpr double kRaysPerSample = 1.6, kTriangle = 2;
-// [measured] What building a box is worth in box tests, and how many nodes the frustum of 4x4 pixels meets for a cell
-// that crosses them: between meshes that turn on their place and such that fly across many tiles.
+// [measured] Cost of building a box in box tests, and the number of nodes that the frustum of 4x4 pixels meets for each
+// cell that crosses them: between meshes that turn in place and meshes that fly across many tiles.
 constexpr double kBuilt = 2, kFrustumTests = 2;
 
-// Whole numbers at or below; std::floor() is a call where the target has no instruction for it.
+// Rounds down; std::floor() is a call if the target has no instruction for it.
 double whole_below(float x) {
   if (!(std::abs(x) < 1e9f)) return std::floor(static_cast<double>(x));
   const auto whole = static_cast<std::int32_t>(x);
@@ -34,7 +34,7 @@ struct Box {
     x0 = std::min(x0, o.x0), x1 = std::max(x1, o.x1);
     y0 = std::min(y0, o.y0), y1 = std::max(y1, o.y1);
   }
-  // Of the whole pixels that it touches.
+  // Area of all pixels that the box touches.
   double pixels() const {
     return x0 > x1 ? 0.0 : (whole_below(x1) - whole_below(x0) + 1) * (whole_below(y1) - whole_below(y0) + 1);
   }
@@ -121,7 +121,7 @@ TestCosts test_costs(const MicroMesh& mesh, RayEffects effects) {
   return costs;
 }
 
-// The area that a box sweeps, widened by a tile, over that of a tile.
+// Number of tiles: the area that a box sweeps, widened by a tile, over the area of a tile.
 double TestCosts::tiles(double lens_scale) const {
   const double reach = 2 * lens_factor * lens_scale, w = width + reach + kChoiceTile, h = height + reach + kChoiceTile;
   return (w * h + way_x * h + way_y * w) / (kChoiceTile * kChoiceTile);

@@ -233,8 +233,8 @@ bool MotionBvh::meets(const Ray& ray, const MotionBox& box) const {
     return (1 - ray.t) * static_cast<double>(open) + ray.t * static_cast<double>(close);
   };
   double entry = at(box.low[0][2], box.low[1][2]), exit = at(box.high[0][2], box.high[1][2]);
-  // Against the node's own near depth, not where the ray enters: the depth of a hit in a sliver is only known to lie
-  // between those of its corners.
+  // Compares with the node's own near depth, not with the depth at which the ray enters: in a sliver the depth of a hit
+  // is only known to lie between its corners' depths.
   if (entry > ray.limit) return false;
   for (std::size_t axis = 0; axis < 2; ++axis) {
     const auto slab = [&](float open, float close) {

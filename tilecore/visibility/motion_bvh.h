@@ -27,42 +27,43 @@ struct RayCounters {
 //   inside a leaf: the cells of a full one in Morton order    cells the nodes of the last level; absent ones are empty
 //
 // Deviations: the published traversal casts rays from 4x4-pixel tiles only; here the tile core's tile comes first, and
-// its own branch node is where the rectangles inside it begin. And the leaves' times may be used for more than one
-// interval: cut the shutter, and each part has a leaf mask, hence a branch node, of its own.
+// the traversals of the rectangles inside it begin at its branch node. And the leaves' times may be used for several
+// intervals: each part of a cut shutter has its own leaf mask, and so its own branch node.
 //
 // Invariants (cited by the tests):
 //   BVH1  A node's box holds its children's at both motion keys, hence at every time.
 //   BVH2  Every sample that the inside test finds in a cell reaches that cell's node by trace(), from the root and from
 //         the branch node of every rectangle that holds the sample: no leaf that a ray hits is outside the branch node.
-//   BVH3  The leaf-mask branch node is the both-children branch node or below it.
+//   BVH3  The leaf-mask branch node is at or below the both-children branch node.
 //   BVH4  BVH2 holds for within(values) and samples of those stencil values.
 class MotionBvh {
  public:
   // `leaf_columns`: leaves in a row of the sub-patch's grid; the number of leaves for lists of cells. Clipped cells are
-  // left out. Boxes hold the vertices and the rounding of the inside test (see the source for the widths).
+  // left out. Boxes include the rounding of the inside test (see the source for the widths). Returns the number of
+  // boxes built.
   std::uint64_t build(const MicroMesh& mesh, std::size_t leaf_columns, RayEffects effects, const RaySpace& space);
 
   static constexpr std::uint32_t kRoot = 1;
-  std::uint32_t leaf_count() const { return leaf_count_; }  // a power of two; empty ones included
+  std::uint32_t leaf_count() const { return leaf_count_; }  // a power of two, with empty leaves
   std::uint32_t first_leaf() const { return leaf_count_; }  // number of the first node of the last level
   std::uint32_t cell_of(std::uint32_t leaf_node) const { return cells_[leaf_node - leaf_count_]; }
   const MotionBox& node(std::uint32_t n) const { return nodes_[n]; }
 
-  // What a frustum meets at or below a node.
+  // The leaves that a frustum meets at or below a node.
   struct Overlap {
     bool any = false;
     TimeRange stencils{255, 0};    // hull of the times of the leaves inside, as stencil values
-    std::uint32_t branch = kRoot;  // where rays may start: the node itself or one below it
+    std::uint32_t branch = kRoot;  // start node of rays: the node itself or one below it
   };
   Overlap traverse(const BundleFrustum& frustum, std::uint32_t start, BranchNode method);
-  // The part of what traverse() found last that is inside at samples of some stencil values.
+  // The part of the last traverse()'s result that is inside at samples of some stencil values.
   Overlap within(const TimeRange& values);
 
   // A sample's ray o + z d against slabs: z = A x(0) + B x(1) + C with A = (1-t)/d, B = t/d, C = -o/d per axis.
   struct Ray {
     std::array<double, 2> a, b, c;
     double t;
-    double limit;  // depth beyond which nothing matters to the sample
+    double limit;  // depth beyond which hits do not matter to the sample
     std::uint32_t sample;
   };
   Ray ray(const TileSamples& samples, std::uint32_t sample, float limit) const;
@@ -81,12 +82,12 @@ class MotionBvh {
   RayCounters take_counters();
 
  private:
-  // Collects the leaves inside under `node`, which is inside itself.
+  // Collects the leaves inside the frustum under `node`, which is inside itself.
   void traverse_inside(const BundleFrustum& frustum, std::uint32_t node);
   bool test_node(const BundleFrustum& frustum, std::uint32_t node);
   std::uint32_t branch_of_mask();  // reduces mask_
   bool meets(const Ray& ray, const MotionBox& box) const;
-  // Numbers of the rays of alive_[level - 1] that meet the node, into alive_[level].
+  // Collects the numbers of the rays of alive_[level - 1] that meet the node in alive_[level].
   bool visit_node(std::span<const Ray> rays, std::uint32_t node, std::size_t level);
   template <class Visit>
   void trace_below(std::span<const Ray> rays, std::uint32_t node, std::size_t level, const Visit& visit);

@@ -18,16 +18,16 @@ Keys<PatternSettings> pattern_keys() {
        "Precision of a sample's time; the stencil unit sees the upper 8 bits. A frame of more than 7 motion segments "
        "has 16."},
       {"sampling.times", &S::times, "times", 0, 256,
-       "Distinct times of samples; few of them show a fast thing as often. 0: 16 with "
+       "Distinct times of samples; with few of them a fast object appears at as many places. 0: 16 with "
        "tilecore.visibility_method=interleaved, else as many as the pattern and the precision have."},
       {"sampling.motion_segments", &S::motion_segments, "segments", 0, kMaxMotionSegments,
-       "Straight pieces that the motion of a shutter consists of, where it is curved: what turns, bends or swings in "
-       "between. Each is bounded, binned and tessellated for itself. 0: as many as sampling.motion_error asks; else no "
-       "more than so many, where they leave the least error."},
+       "Straight pieces that approximate the curved motion of a shutter, of surfaces that turn, bend or swing. Each "
+       "piece is bounded, binned and tessellated separately. 0: as many as sampling.motion_error needs; otherwise at "
+       "most this number, cut for the least error."},
       {"sampling.motion_error", &S::motion_error, "pixels", 0.01, 100,
-       "How far a piece of motion may be from the curve, with sampling.motion_segments=0."},
+       "Largest distance of a piece of motion from the curve, with sampling.motion_segments=0."},
       {"sampling.motion_segments_max", &S::motion_segments_max, "segments", 2, kMaxMotionSegments,
-       "Most pieces that sampling.motion_segments=0 cuts a shutter into; a note says where they do not reach "
+       "Most pieces that sampling.motion_segments=0 cuts a shutter into; a note appears if they do not reach "
        "sampling.motion_error."},
   };
 }

@@ -11,7 +11,7 @@ namespace tessera::tilecore {
 enum class TemporalPattern : std::uint8_t { k8x8, k32x32 };
 enum class TimeBits : std::uint8_t { k8, k16 };
 
-// Where and when samples look, of all frames; keys sampling.*.
+// Places and times of samples, for all frames; keys sampling.*.
 struct PatternSettings {
   int samples_per_pixel = 4;
   std::uint32_t seed = 0;
@@ -24,8 +24,8 @@ struct PatternSettings {
 };
 Keys<PatternSettings> pattern_keys();
 
-// The pattern of one frame, for a method of visibility: interleaved has few times of its own.
-// `segments`: of the frame's motion; with more than kFewSegments of them times have 16 bits, whatever is set.
+// The pattern of one frame for a visibility method: interleaved has few times of its own. `segments`: of the frame's
+// motion; with more than kFewSegments of them times have 16 bits, whatever the setting.
 SamplingSettings sampling_settings(const PatternSettings& settings, const VisibilityMethodSettings& method, int frame,
                                    std::vector<ShutterSegment> segments = {});
 

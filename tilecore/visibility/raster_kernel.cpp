@@ -104,11 +104,11 @@ void raster(const Context& to) {
     ++to.work.box_lanes;
     const IntRect leaf_box = pixels_of(leaf.x_low, leaf.x_high, leaf.y_low, leaf.y_high, to.samples.pixels);
     if (leaf_box.empty()) continue;
-    // Of the whole leaf, not of its part in the tile.
+    // The size of the whole leaf decides, not of its part in the tile.
     if ((leaf.x_high - leaf.x_low) * (leaf.y_high - leaf.y_low) <
         static_cast<float>(kPairedCellPixels * std::popcount(leaf.cells))) {
       raster_pairs<E>(to, l, leaf_box);
-      if (to.settings.depth != nullptr) to.sink.flush();  // the next leaf sees what this one covered
+      if (to.settings.depth != nullptr) to.sink.flush();  // the next leaf sees the samples that this one covered
       continue;
     }
     to.work.box_tests += static_cast<std::uint64_t>(std::popcount(leaf.cells));

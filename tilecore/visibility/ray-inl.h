@@ -1,4 +1,4 @@
-// The ray path, and the kernels of a set of effects: SIMD source for inclusion by their files, once per SIMD target.
+// The ray path, and the kernels of a set of effects: SIMD source that kernel files include once per SIMD target.
 
 #include <algorithm>
 #include <span>
@@ -23,7 +23,7 @@ struct ClassLanes {
   V x, y, t, lens_u, lens_v, lens_extent_u, lens_extent_v;
 };
 
-// `get` makes a vector of an array's elements.
+// `get` returns a vector of an array's elements.
 template <class E, class Get>
 HWY_INLINE ClassLanes class_lanes(const SampleClasses& classes, const Get& get) {
   const V none = hn::Zero(D());
@@ -67,7 +67,7 @@ HWY_INLINE LeafLanes leaf_lanes(const Context& to, const MicroMesh::Leaf& leaf) 
 
 // Rate-corrected time of the lanes (see MicroMesh).
 HWY_INLINE V leaf_time(V t, float rate) {
-  if (rate == 1.0f) return t;  // what the formula gives, exactly
+  if (rate == 1.0f) return t;  // equals the formula, exactly
   const D d;
   const V tr = hn::Mul(t, hn::Set(d, rate));
   return hn::Div(tr, hn::Add(hn::Sub(hn::Set(d, 1.0f), t), tr));
@@ -108,8 +108,8 @@ HWY_INLINE GridCells grid_cells(const LeafLanes& leaf, const ClassLanes& k) {
   return g;
 }
 
-// The samples of one cell of the grid for each class of `in`: survivors, unless they miss the leaf's box or see
-// something nearer.
+// Adds the samples of one cell of the grid for each class of `in` to the survivors, unless they miss the leaf's box or
+// see a nearer surface.
 template <class E>
 HWY_INLINE void add_survivors(const Context& to, const LeafLanes& leaf, const ClassLanes& k, V tau, VI class_sample,
                               V column, V row, M in, Survivors& survivors) {
@@ -126,7 +126,7 @@ HWY_INLINE void add_survivors(const Context& to, const LeafLanes& leaf, const Cl
     rest_y = E::kMotion ? fma(hn::Neg(tau), leaf.drift_y, sample_y) : sample_y;
   V lens_u = hn::Zero(d), lens_v = hn::Zero(d);
   if constexpr (E::kLens) {
-    // The class's box of lens points let through more than this one.
+    // The class's box of lens points admits more than this sample's point.
     lens_u = hn::GatherIndex(d, samples.lens_u.data(), id);
     lens_v = hn::GatherIndex(d, samples.lens_v.data(), id);
     rest_x = fma(lens_u, leaf.lens_factor, rest_x);
@@ -160,7 +160,7 @@ void trace(const Context& to, std::size_t l, TimeRange times) {
   E::Clock::count(RayStage::kClasses, end - begin);
   const LeafLanes leaf = leaf_lanes(to, to.mesh.leaves[l]);
 
-  // Few classes in a vector have a sample inside the box: those that have are packed into full vectors first.
+  // Few classes in a vector have a sample inside the box: these are first packed into full vectors.
   constexpr std::size_t kCapacity = 256;
   alignas(64) std::int32_t found[kCapacity + 2 * kMaxLanes];
   Survivors survivors;
@@ -224,7 +224,8 @@ void test_samples(const Context& to, std::size_t slot, std::span<const std::uint
   }
 }
 
-// Calls run(Effects<...>()) with what else a leaf needs: whether its corners change their depth, and the projection.
+// Calls run(Effects<...>()) with the other effects of a leaf: whether its corners change their depth, and the
+// projection.
 template <bool kMotion, bool kLens, class Clock, class Run>
 HWY_INLINE void with_leaf(bool flat, bool orthographic, const Run& run) {
   if constexpr (kMotion) {
@@ -261,7 +262,7 @@ void test_cell_samples_with(const MicroMesh& mesh, std::size_t cell, std::span<c
                                           [&](auto e) { test_samples<decltype(e)>(context, cell, list); });
 }
 
-// What a file for a set of effects gives, for the SIMD target in hand.
+// The kernels of a set of effects for the current SIMD target.
 template <bool kMotion, bool kLens, class Clock = NoStageClock>
 VisibilityKernels kernels_with() {
   return {&trace_leaf_with<kMotion, kLens, Clock>, &test_cell_samples_with<kMotion, kLens>};

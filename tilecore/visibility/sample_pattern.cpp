@@ -50,8 +50,8 @@ std::uint32_t time_stratum(std::uint32_t fine, std::uint32_t fine_strata, std::u
 }
 
 // The quantum of time at the middle of a stratum. A stratum of an even number of quanta has two in its middle: strata
-// take the upper and the lower one in turn. So strata that mirror each other take quanta that do, which is what keeps
-// their mean at one half; there is an even number of strata.
+// alternate between the upper and the lower one. So mirrored strata take mirrored quanta, which keeps their mean at one
+// half; the number of strata is even.
 std::uint32_t middle_quantum(std::uint32_t stratum, std::uint32_t strata, std::uint32_t quanta) {
   const std::uint64_t middle = std::uint64_t{2 * stratum + 1} * quanta, whole = std::uint64_t{2} * strata;
   const bool between = middle % whole == 0;
@@ -224,8 +224,8 @@ void SamplePattern::make_times_and_lens() {
   // harms no motion of up to 66 repetitions, takes 0.48 of it.
   const bool many = settings_.segments.size() > kFewSegments;
   const std::uint32_t parts = many ? prime_above(n) : n;
-  // A rank's share of a part has so many places, one of them for each pixel and frame: else all pixels together would
-  // see few phases of what repeats as often as there are ranks.
+  // A rank's share of a part has so many places, one of them for each pixel and frame: otherwise all pixels together
+  // would see few phases of a motion that repeats as often as there are ranks.
   const std::uint32_t places = many ? 16 : 1;
   const std::uint32_t finest = parts * pixels * places,
                       strata =

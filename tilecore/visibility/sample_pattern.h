@@ -17,7 +17,7 @@ struct SamplingSettings {
   std::uint32_t frame = 0;
   int pattern_side = 8;  // pixels after which the pattern repeats: 8 or 32
   int time_bits = 8;     // 8 or 16: precision of a sample's time
-  int times = 0;         // distinct times, up to 256; 0: as many as there are strata and the precision tells apart
+  int times = 0;         // distinct times, up to 256; 0: as many as strata and precision allow
   std::vector<ShutterSegment> segments =
       {};  // of motion: parts of the shutter that samples are looked for in one at a time
 };
@@ -32,7 +32,7 @@ struct TimeRange {
 // Samples of one pattern, sorted by time. A *class* is one sample of the pattern; since the pattern repeats, the
 // samples of a class lie on a grid as wide as the pattern, all with the same time and nearly the same lens point. So
 // the samples that a moving box may touch need no search: per class, the box at the class's time and lens point covers
-// a range of that grid. This is what keeps visibility's cost apart from blur (see sample_tests.h).
+// a range of that grid. Therefore visibility's cost does not depend on blur (see sample_tests.h).
 //
 // Arrays are padded, so that vectors may be loaded at any class.
 struct SampleClasses {
@@ -52,8 +52,8 @@ struct SampleClasses {
 // Ulichney 1993): neighbouring pixels get times far apart, and any run of ranks is blue noise. Row by row.
 std::vector<std::uint16_t> void_and_cluster_ranks(int n);
 
-// Where, when and through which point of the lens a sample looks. Everything follows from (pixel, sample index, frame,
-// seed): no state, any order.
+// The place, time and lens point of a sample. They follow from (pixel, sample index, frame, seed): there is no state,
+// and any order works.
 //   x, y    offset inside the pixel in [0, 1), a multiple of 1/256: a (0,2)-sequence around the middle of the pixel, the
 //           same for all pixels
 //   time    code 0..65535, the sample is at t = code / 65536 + half a quantum; the upper 8 bits of the code are the
@@ -80,36 +80,36 @@ class SamplePattern {
   std::uint16_t time(int x, int y, int sample) const { return times_[index(x, y, sample)]; }
   float t(int x, int y, int sample) const { return t_of(time(x, y, sample)); }
   float t_of(std::uint16_t code) const { return static_cast<float>(code) * 0x1p-16f + half_quantum(); }
-  // Of the time codes: what an interval of times is represented by is its middle.
+  // Half a quantum of the time codes: the middle of an interval of times represents it.
   float half_quantum() const { return settings_.time_bits == 8 ? 0x1p-9f : 0x1p-17f; }
   struct LensPoint {
     float u, v;
   };
   LensPoint lens(int x, int y, int sample) const { return lenses(x, y)[sample]; }
-  // Of a pixel's samples.
+  // The lens points of a pixel's samples.
   const LensPoint* lenses(int x, int y) const { return &lens_[lens_variant(x, y) * times_.size() + index(x, y, 0)]; }
 
-  // Of the whole shutter (0), or of one segment of motion (1 on): the classes whose times lie in it, with times and
-  // stencil values that count from its beginning to its end.
+  // The classes of the whole shutter (0), or of one segment of motion (1 on): the classes whose times lie in it, with
+  // times and stencil values that count from its beginning to its end.
   const SampleClasses& classes(int segment = 0) const { return classes_[static_cast<std::size_t>(segment)]; }
   ShutterSegment part(int segment) const {
     return segment == 0 ? ShutterSegment() : settings_.segments[static_cast<std::size_t>(segment) - 1];
   }
 
  private:
-  // Of a sample within the pattern: row by row, pixel by pixel.
+  // Index of a sample within the pattern: row by row, pixel by pixel.
   std::size_t index(int x, int y, int sample) const {
     const int mask = settings_.pattern_side - 1;
     return static_cast<std::size_t>(((y & mask) * settings_.pattern_side + (x & mask)) * settings_.samples_per_pixel +
                                     sample);
   }
-  // Which of the lens tables the block of a pixel uses.
+  // The lens table that the block of a pixel uses.
   std::size_t lens_variant(int x, int y) const;
   void make_offsets();
   void make_times_and_lens();
   // `by_time`: all samples of the pattern, sorted.
   SampleClasses make_classes(const ShutterSegment& part, const std::vector<std::uint32_t>& by_time) const;
-  // A sample's time of the 65536 codes that parts of the shutter are counted in.
+  // A sample's time in the 65536 codes that measure parts of the shutter.
   int code_at(std::size_t at) const { return times_[at] + (settings_.time_bits == 8 ? 128 : 0); }
 
   SamplingSettings settings_;
@@ -123,7 +123,7 @@ class SamplePattern {
   friend struct TileSamples;
 };
 // Fewer than eight segments are at most three repetitions, there and back, and regular strata blur them best. With more
-// segments times have 16 bits, as the phase of what repeats itself is finer than a stencil value.
+// segments times have 16 bits, because the phase of a repeated motion is finer than a stencil value.
 inline constexpr std::size_t kFewSegments = 7;
 
 // Samples of one tile as structure of arrays in natural order: pixel by pixel, row by row; sample k of pixel (x, y) is
@@ -139,13 +139,13 @@ struct TileSamples {
   std::vector<std::uint16_t> time;  // code: t = time / 65536 + half_quantum
   float half_quantum = 0;
   int half_code = 0;                       // the same in codes, rounded down
-  ShutterSegment part;                     // of the shutter that is looked at
-  float time_scale = 1, time_offset = 0;   // to time within it
+  ShutterSegment part;                     // the current part of the shutter
+  float time_scale = 1, time_offset = 0;   // convert to the time within the part
   std::vector<float> lens_u, lens_v;       // in lens_scale; empty for a pinhole
   float lens_scale = 0;                    // largest |(u, v)|
   const SampleClasses* classes = nullptr;  // the pattern's
 
-  static constexpr int kNever = 256;  // stencil value of samples that are not in the part: no reference keeps it
+  static constexpr int kNever = 256;  // stencil value of samples outside the part: no reference keeps it
 
   float t(std::size_t sample) const {
     return (static_cast<float>(time[sample]) * 0x1p-16f + half_quantum) * time_scale + time_offset;
@@ -156,7 +156,8 @@ struct TileSamples {
     return code < part.first || code >= part.end ? kNever : static_cast<int>(t(sample) * 256.0f);
   }
 
-  // Looks at one segment of motion alone, or again (0) at the whole shutter. `lens_scale` is that of the segment.
+  // Restricts the samples to one segment of motion, or (0) widens them again to the whole shutter. `lens_scale`: the
+  // segment's.
   void enter(const SamplePattern& pattern, int segment, float lens_scale_in);
 
   // Fills everything for a tile. `lens_scale` in pixels multiplies the lens points, which are left out without `lens`.

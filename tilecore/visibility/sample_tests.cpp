@@ -19,7 +19,7 @@ VisibilityKernels kernels_for(RayEffects effects, const VisibilitySettings& sett
 #endif
 }
 
-// Asks for what the kernels read of a leaf.
+// Prefetches the data of a leaf that the kernels read.
 void prefetch_leaf(const MicroMesh& mesh, std::size_t l, bool moving) {
   const std::size_t first = l * kLeafCells;
   for (const auto* box : {&mesh.box_x_low, &mesh.box_x_high, &mesh.box_y_low, &mesh.box_y_high})
@@ -64,7 +64,7 @@ void trace_leaves(const MicroMesh& mesh, std::span<const TimeRange> times, const
 void trace_leaf(const MicroMesh& mesh, std::size_t leaf, const TileSamples& samples, TimeRange times,
                 RayEffects effects, const VisibilitySettings& settings, HitSink& sink, VisibilityWork& work) {
   kernels_for(effects, settings).trace_leaf(mesh, leaf, samples, times, settings, sink, work);
-  // The next leaf sees what this one covered.
+  // The next leaf sees the samples that this one covered.
   if (settings.depth != nullptr) sink.flush();
 }
 

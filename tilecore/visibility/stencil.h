@@ -9,8 +9,9 @@
 
 namespace tessera::tilecore {
 
-// The two reference values of a draw, 8 bits each as the stencil itself: ref1 <= stencil < ref2. That form cannot reach
-// 255, so the last segment of the shutter is closed at the top. A sample of stencil value s has s/256 <= t < (s+1)/256.
+// The two reference values of a draw, 8 bits each like the stencil itself: ref1 <= stencil < ref2. That form cannot
+// reach 255, so the last segment of the shutter is closed at the top. A sample of stencil value s has s/256 <= t <
+// (s+1)/256.
 struct StencilReferences {
   std::uint8_t ref1 = 0, ref2 = 255;
   bool closed = true;
@@ -18,7 +19,7 @@ struct StencilReferences {
   bool keeps(int stencil) const { return stencil >= ref1 && (stencil < ref2 || (closed && stencil == ref2)); }
   bool whole_shutter() const { return ref1 == 0 && ref2 == 255 && closed; }
 
-  // All values of a range that is not empty.
+  // The references that keep all values of a range, which must not be empty.
   static StencilReferences of(const TimeRange& values) {
     if (values.last >= 255) return {static_cast<std::uint8_t>(values.first), 255, true};
     return {static_cast<std::uint8_t>(values.first), static_cast<std::uint8_t>(values.last + 1), false};
@@ -33,11 +34,11 @@ struct StencilCounters {
 };
 
 // Stencil test before visibility (stochastic rasterization by stencil operations, US 9626762): the stencil buffer holds
-// the samples' times, and a bounding polygon that covers a piece of the shutter keeps only the samples of its time. The
-// depth test is another unit's and comes after visibility.
+// the samples' times, and a bounding polygon that covers a piece of the shutter keeps only the samples of its time.
+// Another unit does the depth test, after visibility.
 //
-// Configured by nothing. Counts tests and what they keep, what later hits ("valid rate": hits / kept), and the lanes of
-// a machine that runs the inside test in groups of 32 samples: a group is issued when one of its samples is kept.
+// It has no settings. Counts tests, kept samples and later hits ("valid rate": hits / kept), and the lanes of a machine
+// that runs the inside test in groups of 32 samples: a group is issued when one of its samples is kept.
 //
 // Invariants (cited by the tests):
 //   ST1  References that split 0..255 without gap or overlap keep every sample exactly once: stencil 0 is in the first
@@ -48,12 +49,12 @@ class StencilUnit {
  public:
   static constexpr std::uint32_t kLanes = 32;  // [spec] warps of 32; Mali-G77 16, Adreno 64 to 128
 
-  // Samples of the pixels (inside the tile) that the references keep, as numbers in natural order. `kept` is
+  // Finds the samples of the pixels (inside the tile) that the references keep, as numbers in natural order. `kept` is
   // overwritten.
   void keep(const TileSamples& samples, const IntRect& pixels, const StencilReferences& references,
             std::vector<std::uint32_t>& kept);
 
-  // Of the samples kept last, `count` have hit something.
+  // Records that `count` of the last kept samples hit a triangle.
   void record_hits(std::uint64_t count) { counters_.hits += count; }
 
   const StencilCounters& counters() const { return counters_; }
@@ -82,8 +83,8 @@ inline constexpr auto kCounterFields<tilecore::StencilCounters> =
          "Kept samples that then were inside a triangle of their bounding polygon. Over stencil_kept: the valid rate.",
          ""},
         {"tilecore.stencil_lanes_issued", &tilecore::StencilCounters::lanes_issued, Combine::kSum, "lanes",
-         "Lanes of groups of 32 samples, as the bounding polygon is walked, in which at least one sample was kept. "
-         "Under stencil_kept: the occupancy.",
+         "Lanes of groups of 32 samples, along the walk of the bounding polygon, in which at least one sample was "
+         "kept. Under stencil_kept: the occupancy.",
          ""},
     });
 TESSERA_COUNTERS_COVER(tilecore::StencilCounters);

@@ -76,7 +76,7 @@ void TouchingTimes(std::span<const Leaf> leaves, const IntRect& pixels, bool mov
       const auto time = [&](V tau) HWY_ATTR {
         return hn::Mul(hn::Div(tau, hn::Add(tau, hn::Mul(rate, hn::Sub(one, tau)))), codes);
       };
-      // Lanes that are not touched hold anything; what they give is not looked at.
+      // Untouched lanes may hold any value; their results are not used.
       const V from = hn::IfThenElseZero(touched, hn::Floor(time(interval.low))),
               to = hn::IfThenElseZero(touched, hn::Ceil(time(interval.high)));
       hn::Store(hn::DemoteTo(di, hn::Max(hn::Zero(d), hn::Sub(from, one))), di, first);

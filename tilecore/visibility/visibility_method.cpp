@@ -9,7 +9,7 @@
 namespace tessera::tilecore {
 namespace {
 
-// Side of the rectangles that get a frustum of their own: 4x4 pixels, as published.
+// Side of the rectangles that have their own frustum: 4x4 pixels, as published.
 constexpr int kBundleSide = 4;
 
 std::size_t append_pieces(const PrimitiveBound& bound, const MeshInTile& in, const VisibilityMethodSettings& method,
@@ -53,7 +53,7 @@ void MeshVisibility::test(const MeshInTile& in, const VisibilityMethodSettings& 
   TESSERA_CHECK(!method.by_class(), "classes have kernels of their own");
   if (last_round_.size() < in.samples.count)
     last_round_.resize(in.samples.count, std::numeric_limits<std::uint64_t>::max());
-  // The inside test finds hidden hits, too: whether samples are inside is what the units count.
+  // The inside test finds hidden hits, too, because the units count all samples that are inside.
   inside_settings_ = in.settings;
   inside_settings_.depth = nullptr;
   DistinctSamples distinct(sink, last_round_, round_);

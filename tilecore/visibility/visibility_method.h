@@ -16,16 +16,16 @@ namespace tessera::tilecore {
 struct MeshInTile {
   const MicroMesh& mesh;
   const TileSamples& samples;
-  TimeRange times;  // stencil values of samples that are tested at all
+  TimeRange times;  // stencil values of the tested samples
   RayEffects effects;
   const VisibilitySettings&
       settings;                  // the depth of samples limits single rays; bounding polygons have a late depth test
   std::size_t leaf_columns = 1;  // of the sub-patch's grid of leaves
 };
 
-// Finds the samples that a mesh covers by any method that is not by_class(); clipped cells are left to
-// test_clipped_cells. Hits behind what a sample sees already may be handed over, too. Keeps its scratch memory; one
-// instance per tile core.
+// Finds the samples that a mesh covers by any method that is not by_class(); test_clipped_cells handles clipped cells.
+// It may also pass on hits behind the surface that a sample already sees. Owns scratch memory; one instance per tile
+// core.
 class MeshVisibility {
  public:
   void test(const MeshInTile& in, const VisibilityMethodSettings& method, HitSink& sink, VisibilityWork& work);
@@ -41,7 +41,7 @@ class MeshVisibility {
     DistinctSamples(HitSink& next, std::vector<std::uint64_t>& last_round, std::uint64_t& round)
         : next_(next), last_round_(last_round), round_(round) {}
     void take(std::span<const Hit> hits) override;
-    // Samples since the last call.
+    // Returns the number of samples since the last call.
     std::uint64_t end_round();
 
    private:
@@ -58,7 +58,7 @@ class MeshVisibility {
   void test_rectangle(const MeshInTile& in, const VisibilityMethodSettings& method, const RaySpace& space,
                       const IntRect& pixels, std::uint32_t start, DistinctSamples& sink, VisibilityWork& work);
 
-  VisibilitySettings inside_settings_;  // of the mesh at hand, for the inside test
+  VisibilitySettings inside_settings_;  // of the current mesh, for the inside test
   StencilUnit stencil_;
   MotionBvh bvh_;
   std::vector<BoundingPiece> pieces_;

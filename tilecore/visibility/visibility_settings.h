@@ -6,8 +6,8 @@
 
 namespace tessera::tilecore {
 
-// How a tile core finds which samples a moving or defocused sub-patch may cover. All methods end in the same inside
-// test and find the same hits with the same bits; they differ in what they test for them.
+// Method by which a tile core finds the samples that a moving or defocused sub-patch may cover. All methods end in the
+// same inside test and find the same hits with the same bits; they differ in the tests before it.
 enum class VisibilityMethod : std::uint8_t {
   kPatchBvh,          // moving boxes of leaves and cells against the tile, then against samples
   kBrute,             // per cell, every sample of the rectangle of its whole motion
@@ -15,26 +15,26 @@ enum class VisibilityMethod : std::uint8_t {
   kPartition,         // per cell, the rectangle cut in space; for each part the times at which the cell is there
   kClusters,          // per leaf of 16 cells, a rectangle for each of k segments; its samples against all 16
   kClusterPartition,  // the same with the rectangle cut in space
-  kInterleaved,       // per cell, a rectangle at each time that samples have, where the cell is then
+  kInterleaved,       // per cell, a rectangle at each time that samples have
 };
 
-// How patch-bvh finds samples.
+// Search of patch-bvh for samples.
 enum class Traversal : std::uint8_t {
-  kAuto,   // either, or brute, whichever is expected to take least work for the sub-patch (method_choice.h)
+  kAuto,   // either, or brute, with the least expected work for the sub-patch (method_choice.h)
   kClass,  // by classes of samples
   kRay,    // one ray at a time from the branch node
 };
 
-// Where the rays of a rectangle start in the tree.
+// Start node of the rays of a rectangle in the tree.
 enum class BranchNode {
   kRoot,
   kBothChildren,  // the first node with both children inside the frustum
-  kLeafMask,      // the lowest node that all leaves inside the frustum are under, at the times in question
+  kLeafMask,      // the lowest node above all leaves inside the frustum at the current times
 };
 
 // Keys tilecore.visibility_method, .stencil_segments, .traversal, .branch_node.
 struct VisibilityMethodSettings {
-  // Distinct times of samples with kInterleaved, where sampling.times does not say [assumed]: a small fixed number as in
+  // Distinct times of samples with kInterleaved, unless sampling.times sets them [assumed]: a small fixed number as in
   // US 8791945.
   static constexpr int kInterleavedTimes = 16;
 

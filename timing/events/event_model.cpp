@@ -18,11 +18,11 @@
 namespace tessera::timing {
 namespace {
 
-constexpr std::uint64_t kStoredPixels = 64;      // of a block that is resolved and stored together
+constexpr std::uint64_t kStoredPixels = 64;      // pixels of a block that is resolved and stored together
 constexpr std::uint64_t kGeometryBlock = 32;     // patches that the front end reads together
-constexpr std::uint32_t kGeometryReadAhead = 4;  // such blocks
+constexpr std::uint32_t kGeometryReadAhead = 4;  // number of such blocks
 
-// Part `index` of `total` in `count` nearly equal parts.
+// Size of part `index` when `total` is split into `count` nearly equal parts.
 std::uint64_t part(std::uint64_t total, std::uint64_t index, std::uint64_t count) {
   return total / count + (index < total % count ? 1 : 0);
 }
@@ -51,14 +51,14 @@ class GeometryPipe {
     frontend_free_ = binner_free_ = now;
     read_ahead(now);
   }
-  // What a block reads is there.
+  // Called when the reads of a block have arrived.
   void read(double now) {
     frontend_free_ = std::max(frontend_free_, now) + frontend_each_;
     binner_free_ = std::max(binner_free_, frontend_free_) + binner_each_;
     events_.push(binner_free_, Spent(bound_of(Stage::kBinner), bound_of(Stage::kFrontend), frontend_free_ - now),
                  EventKind::kGeometry);
   }
-  // So is a line of tables.
+  // Called when a line of tables for a block has arrived.
   void line_read(std::uint32_t block, double now) {
     --lines_waiting_;
     const auto of = std::find_if(blocks_with_lines_.begin(), blocks_with_lines_.end(),
@@ -69,7 +69,7 @@ class GeometryPipe {
     }
     ask_lines(now);
   }
-  // A block is binned: its entries are written.
+  // Called when a block is binned: its entries are written.
   void binned(double now) {
     const std::uint64_t bytes = part(work_->written_bytes, binned_++, blocks_);
     const std::uint32_t group = memory_.open_group(EventKind::kGeometryWritten, 0, 0);
@@ -77,7 +77,7 @@ class GeometryPipe {
     memory_.close_group(group, now);
     read_ahead(now);
   }
-  // The memory has taken them. True: all blocks are done.
+  // Called when the memory has taken a block's entries; returns true after the last block.
   bool written() { return ++written_ == blocks_; }
 
  private:
@@ -116,15 +116,15 @@ class GeometryPipe {
   const GeometryWork* work_ = nullptr;
   const std::vector<std::uint32_t>* lines_ = nullptr;
   std::vector<BlockLines> blocks_with_lines_;  // read ahead, in order
-  std::uint64_t read_bytes_ = 0;               // past the L2
+  std::uint64_t read_bytes_ = 0;               // bytes read past the L2
   std::size_t next_line_ = 0, lines_waiting_ = 0;
   std::uint32_t blocks_ = 0, asked_ = 0, binned_ = 0, written_ = 0;
   std::uint64_t read_at_ = 0, write_at_ = 0;
   double frontend_each_ = 0, binner_each_ = 0, frontend_free_ = 0, binner_free_ = 0;
 };
 
-// The resolve unit of a core: blocks of pixels are resolved and written. It waits where more than store_bytes are on
-// their way; a tile is stored when the memory has taken all of it.
+// The resolve unit of a core: it resolves and writes blocks of pixels. It waits while more than store_bytes are in
+// flight; a tile is stored when the memory has taken all of it.
 class StoreUnit {
  public:
   StoreUnit(std::uint32_t core, const hardware::Machine& gpu, EventQueue& events, MemoryPath& memory)
@@ -144,7 +144,7 @@ class StoreUnit {
     memory_.read_bytes(address, items.resolve_bytes, group, now);
     memory_.close_group(group, now);
   }
-  // What resolving reads is there, or a block is resolved.
+  // Called when the reads for resolving have arrived, or a block is resolved.
   void step(std::uint32_t what, double now) {
     if (what != kRead) {
       const std::uint64_t bytes = part(items_->written_bytes, resolved_++, blocks_);
@@ -155,7 +155,7 @@ class StoreUnit {
     }
     resolve(now);
   }
-  // The memory has taken a block. True: it was the last of the tile.
+  // Called when the memory has taken a block; returns true for the last block of the tile.
   bool written(double now) {
     ++written_;
     resolve(now);
@@ -183,7 +183,7 @@ class StoreUnit {
   bool resolving_ = false;
 };
 
-// A core: its units, and the tiles that are in them.
+// A core: its units, and the tiles in their phases.
 struct Core {
   Core(const hardware::Machine& gpu, const ShaderCore::Rates& rates, std::uint32_t number, EventQueue& events,
        MemoryPath& memory)
@@ -199,7 +199,7 @@ struct Core {
   std::optional<TileMemory> tile_memory;
   std::array<std::deque<std::size_t>, kPhaseCount> waiting;  // tiles, as positions in Schedule::tiles
   std::array<std::optional<std::size_t>, kPhaseCount> busy;
-  // Where paths are recorded, of each phase: the path to its begin, and what the tile that left it last spent in it.
+  // If paths are recorded, for each phase: the path to its begin, and the time that the tile which left it last spent there.
   std::array<PathTime, kPhaseCount> begun{}, spent{};
 };
 
@@ -233,7 +233,7 @@ class EventSimulation {
       for (const auto& core : cores_) core->textures.cache().drop(lines.first, lines.end);
     }
   }
-  // After run(), when nothing is under way.
+  // Copies the caches after run(), when no request is in flight.
   void keep(WarmCaches& caches) {
     caches.l2 = memory_.l2();
     caches.textures.clear();
@@ -260,7 +260,7 @@ class EventSimulation {
  private:
   static double cycles(const StageCycles& all, Stage stage) { return all[static_cast<std::size_t>(stage)]; }
 
-  // What no round holds, in one stream.
+  // Moves the bytes that belong to no round, in one stream.
   void run_other() {
     const double begin = end_;
     const std::uint64_t read = work_.other_bytes - work_.other_written_bytes;
@@ -278,7 +278,7 @@ class EventSimulation {
     out_.schedule.cycles = end_;
   }
 
-  // What all units have to do, round by round.
+  // Counts the work of all units, round by round.
   void count_units() {
     const auto count_geometry = [&](const WorkRound& round) {
       add_busy(stage_cycles(gpu_, round.geometry), geometry_stages(), 1);
@@ -295,7 +295,7 @@ class EventSimulation {
     if (overlaps(gpu_) && !work_.rounds.empty()) count_geometry(work_.rounds.front());
   }
 
-  // Geometry, then tiles, of all rounds that wait for nothing.
+  // Starts geometry, then tiles, of all rounds that need not wait.
   void start(double now) {
     do {
       do begin_geometry(now);
@@ -394,7 +394,7 @@ class EventSimulation {
     }
   }
 
-  // The blend unit composes layers while others are shaded, and is done when it had time for all of them.
+  // The blend unit composes layers while others are shaded; it ends when it has had time for all of them.
   void shaded(std::uint32_t c, double now) {
     const std::size_t tile = *cores_[c]->busy[1];
     const double blended = span_of(c, Phase::kShading).flow + cycles(tile_cycles_[tile], Stage::kBlend);
@@ -420,7 +420,7 @@ class EventSimulation {
     }
   }
 
-  // The next tile to the core with the fewest tiles in work, the first of equals.
+  // Gives the next tile to the core with the fewest tiles in progress, the first of equals.
   bool give_tile(double now) {
     const std::size_t next = queues_.next_tile();
     if (next == queues_.tiles_open()) return false;
@@ -481,14 +481,14 @@ class EventSimulation {
     start(now);
   }
 
-  // A wait for a phase that works on another tile goes to what that tile spent there.
+  // A wait for a phase that works on another tile is split as that tile's time in the phase.
   void begin_path(Core& core, Phase phase, std::size_t tile) {
     const auto p = static_cast<std::size_t>(phase);
     core.begun[p] = events_.path();
     const auto& phases = out_.schedule.tiles[tile].phases;
     if (p > 0) add_share(tile, core.spent[p], phases[p].begin - phases[p - 1].end);
   }
-  // Lines that others had asked for come with the paths of these: what a unit has less of than at the begin is nothing.
+  // Lines that other tiles asked for bring those tiles' paths: a part that is smaller than at the begin counts as zero.
   void end_path(Core& core, Phase phase, std::size_t tile) {
     const auto p = static_cast<std::size_t>(phase);
     for (std::size_t k = 0; k < kPathParts; ++k)
@@ -496,7 +496,7 @@ class EventSimulation {
     const TileSchedule::Span& span = out_.schedule.tiles[tile].phases[p];
     add_share(tile, core.spent[p], span.end - span.begin);
   }
-  // Adds so many cycles to the path of a tile, split as `parts` are.
+  // Adds `clk` cycles to the path of a tile, split in proportion to `parts`.
   void add_share(std::size_t tile, const PathTime& parts, double clk) {
     const double all = parts.total();
     PathTime& path = out_.schedule.tiles[tile].path;
@@ -520,7 +520,7 @@ class EventSimulation {
     }
     const auto busy = [&](Stage stage) -> double& { return out_.busy[static_cast<std::size_t>(stage)]; };
     busy(Stage::kDram) = counts.memory.memory_busy;
-    // What the units themselves counted.
+    // The counts of these units come from the units themselves.
     busy(Stage::kShader) = busy(Stage::kTexture) = 0;
     for (const auto& core : cores_) {
       busy(Stage::kShader) += core->shader.busy() / cores;
@@ -546,8 +546,8 @@ class EventSimulation {
 
 namespace {
 
-// Twice of a unit halves its part of the path, and little more: tiles and lines also come in another order. With caches,
-// more requests or more tiles under way waits may vanish, but no unit is busy for less long.
+// Doubling a unit halves its part of the path and saves little more, as tiles and lines also change their order. With
+// more cache, more requests or more tiles in flight waits may vanish, but no unit's busy time shrinks.
 constexpr double kOtherOrder = 1.05;
 
 std::vector<BoundGuess> guesses_of(const hardware::Machine& gpu, const EventSchedule& schedule) {
@@ -589,7 +589,7 @@ EventSchedule simulate_events(const hardware::Machine& gpu, const FrameWork& wor
 
 namespace {
 
-// The unit with most to do.
+// The unit with the most work.
 Bound likely_bound(const hardware::Machine& gpu, const FrameWork& work) {
   StageCycles busy{};
   const auto add = [&](const StageCycles& cycles, double instances) {

@@ -13,7 +13,7 @@
 
 namespace tessera::timing {
 
-// What caches hold between frames.
+// The content of caches between frames.
 struct WarmCaches {
   std::optional<RequestCache> l2;
   std::vector<RequestCache> textures;  // by core
@@ -25,11 +25,11 @@ struct EventSchedule {
   SimulationCounts counts;
 };
 
-// Whether a record has what events are made of.
+// Whether a record has items, which simulate_events() needs.
 bool has_items(const FrameWork& work);
 
-// Simulates one frame item by item (TimingModel::kEvents). Tiles go to cores as in schedule_frame(); caches stay
-// warm from tile to tile. Sequential and in a fixed order: the same bits on every host.
+// Simulates one frame item by item (TimingModel::kEvents). Tiles go to cores as in schedule_frame(); caches stay warm
+// from tile to tile. The simulation is sequential and in a fixed order: the same bits on every host.
 //
 // Invariants (cited by the tests):
 //   EM1  No unit is busy for longer than the frame; the memory moves every byte of the record that bypasses the L2, and a
@@ -38,17 +38,17 @@ bool has_items(const FrameWork& work);
 //   EM3  A unit that is the only one to take time takes exactly its time.
 //   EM4  The parts of the path add up to the frame.
 //   EM5  The parts of a tile's path add up to the cycles from the core taking it to its last pixel.
-// `caches`, unless null: what they hold of the frame before, replaced by what this one leaves. `record_path`: fills
-// SimulationCounts::path and TileSchedule::path, in which a wait for a phase that works on another tile goes to what that one
-// spends there. `limit`: a frame that takes longer need not be simulated to its end; then only its cycles, which are
-// more than `limit`, mean anything. `transactions`, unless null: gets the bursts that the banks' channels take, with clocks
-// of the memory, in their order; with memory.model=fluid nothing.
+// `caches`, unless nullptr, holds the caches after the previous frame and is replaced by their state after this one.
+// `record_path` fills SimulationCounts::path and TileSchedule::path; a tile's wait for a phase that works on another
+// tile is split as that tile's time in the phase. A frame that takes longer than `limit` may be left unfinished: only
+// its cycles, which exceed `limit`, are then valid. `transactions`, unless nullptr, gets the bursts that the banks'
+// channels take, in order, with clocks of the memory; it gets none with memory.model=fluid.
 EventSchedule simulate_events(const hardware::Machine& gpu, const FrameWork& work, WarmCaches* caches = nullptr,
                               bool record_path = false, double limit = std::numeric_limits<double>::infinity(),
                               std::vector<memory::Burst>* transactions = nullptr);
 
-// The frame with its path, and as time_frame() what bounds it. Where a second thread is free it simulates, beside the
-// frame, the doubling that is likely asked for first; results do not depend on it.
+// Simulates the frame with its path, and finds its bound as time_frame() does. If a second thread is free, it
+// simulates the doubling that is likely to be asked for first beside the frame; results do not depend on this.
 struct TimedEvents {
   EventSchedule events;
   FrameTiming timing;

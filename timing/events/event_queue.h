@@ -8,37 +8,37 @@
 
 namespace tessera::timing {
 
-// What happens to a unit. `who` names the core (or nothing), `what` the item.
+// Events of units. `who` names the core (unused by shared units), `what` the item.
 enum class EventKind : std::uint8_t {
   kMemory,          // the memory has read line `what` of the L2's requests
-  kBanks,           // the memory's banks have something to say
+  kBanks,           // the memory's banks may have answers
   kWritten,         // the memory has taken a block of pixels of the core
   kTextureFill,     // request `what` of the core's texture cache is answered
   kTextureFree,     // the core's texture unit has taken its lookups
   kFetch,           // the core's fetch unit may go on
   kListRead,        // its tile's list is there, then its records
-  kItemRead,        // records and heights of sub-patch `what` are there
+  kItemRead,        // records and heights of sub-patch `what` have arrived
   kDomainStart,     // the tessellator gives vertices of sub-patch `what` to the lanes
-  kDomainRead,      // heights of domain warp `what` are there
+  kDomainRead,      // heights of domain warp `what` have arrived
   kDomainShaded,    // the lanes have shaded sub-patch `what`
-  kAlphaRead,       // texels of alpha tests of sub-patch `what` are there
+  kAlphaRead,       // texels of alpha tests of sub-patch `what` have arrived
   kAlphaStart,      // its alpha tests may begin
   kTested,          // all sub-patches of the core's tile are tested
   kShadingRead,     // records that shading reads are there
   kWarpReady,       // a warp is packed
   kIssue,           // the core's lanes are free
-  kWarpRead,        // texels of warp `what` are there
+  kWarpRead,        // texels of warp `what` have arrived
   kShaded,          // the core's tile is shaded
   kStore,           // the resolve unit has finished a block of pixels
   kGeometry,        // the front end or the binner may go on
-  kGeometryLine,    // a line of tables of block `what` is there
-  kGeometryRead,    // what the front end reads for block `what` is there
-  kGeometryWritten  // the memory has taken what the binner wrote of a block
+  kGeometryLine,    // a line of tables of block `what` has arrived
+  kGeometryRead,    // the reads of the front end for block `what` have arrived
+  kGeometryWritten  // the memory has taken the binner's entries of a block
 };
 
 struct SimulationEvent {
   double time = 0;
-  std::uint64_t order = 0;  // of those at one time: from kOthers on, the one that was asked for first
+  std::uint64_t order = 0;  // order of events at the same time: from kOthers on, the order in which they were asked for
   std::uint32_t what = 0, path = 0;
   std::uint32_t who = 0;
   EventKind kind{};
@@ -48,21 +48,21 @@ struct SimulationEvent {
   }
 };
 
-// Events by time; each with the path that led to it, where they are recorded.
+// Events by time. If paths are recorded, each event has the path that led to it.
 class EventQueue {
  public:
   explicit EventQueue(bool record_paths) : recording_(record_paths) {}
 
-  // `spent`: what the time until then goes to.
+  // `spent` splits the time until then.
   void push(double time, const Spent& spent, EventKind kind, std::uint32_t who = 0, std::uint32_t what = 0) {
     add({std::max(time, now_), next_++, what, recording_ ? keep(path_to(time, spent)) : 0, who, kind});
   }
-  // `path`: what led there otherwise than over the event at hand; may be null where none are recorded.
+  // `path`: a path to the event that does not lead over the current event; may be nullptr where none are recorded.
   void push(double time, const PathTime* path, EventKind kind, std::uint32_t who = 0, std::uint32_t what = 0) {
     add({std::max(time, now_), next_++, what, recording_ ? keep(*path) : 0, who, kind});
   }
-  // What the memory's banks answer, which may be known long before it comes: first of what happens at a time, and of
-  // such that which the banks were asked for first. `order`: rises as they are asked, below kOthers.
+  // Pushes an answer of the memory's banks, which may be known long before its time. At its time it comes before other
+  // events, and answers come in the order of their requests. `order` rises from request to request and stays below kOthers.
   void push_answer(double time, std::uint64_t order, const PathTime* path, EventKind kind, std::uint32_t who,
                    std::uint32_t what) {
     ++next_;
@@ -81,7 +81,7 @@ class EventQueue {
     return event;
   }
   bool recording() const { return recording_; }
-  // To the event at hand; from there to a later time.
+  // The path to the current event, and from there to a later time.
   const PathTime& path() const { return path_; }
   PathTime path_to(double time, const Spent& spent) const {
     PathTime path = path_;
@@ -101,7 +101,7 @@ class EventQueue {
       heap_[at] = heap_[(at - 1) / kChildren];
     heap_[at] = event;
   }
-  // Fills the top.
+  // Puts an event at the top and restores the heap.
   void sink(const SimulationEvent& event) {
     const std::size_t size = heap_.size();
     std::size_t at = 0;

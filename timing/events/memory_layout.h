@@ -8,15 +8,15 @@
 
 namespace tessera::timing {
 
-// Addresses of a frame's data in the external memory: first lines that go through the L2 (records, textures, tables), then
-// tile lists, the frame buffer tile by tile, patches that the front end streams, and what no round holds. Each part begins
-// at a multiple of 1 MiB.
+// Addresses of a frame's data in the external memory: first the lines that go through the L2 (records, textures,
+// tables), then tile lists, the frame buffer tile by tile, patches that the front end streams, and bytes that belong
+// to no round. Each part begins at a multiple of 1 MiB.
 //
 // Invariants (cited by the tests):
-//   ML1  No two of them overlap, nor two tiles in one of them.
+//   ML1  No two parts overlap, nor do two tiles within a part.
 class MemoryLayout {
  public:
-  // Lines from this number on, cells of procedures and the history, keep their addresses and do not count for the first part.
+  // Lines from this number on, cells of procedures and the history, keep their addresses and do not enlarge the first part.
   static constexpr std::uint32_t kFarLines = 3u << 30;
 
   MemoryLayout(const FrameWork& work, std::uint64_t line_bytes) {
@@ -46,7 +46,7 @@ class MemoryLayout {
     other_ = patches_ + round_up(patches, kAlignment);
   }
 
-  std::uint64_t entries() const { return lists_; }  // as the binner writes them
+  std::uint64_t entries() const { return lists_; }  // where the binner writes entries
   std::uint64_t list_of(std::uint32_t tile) const { return lists_ + tile * list_bytes_; }
   std::uint64_t pixels_of(std::uint32_t tile) const { return pixels_ + tile * pixel_bytes_; }
   std::uint64_t patches() const { return patches_; }

@@ -20,7 +20,7 @@ MemoryPath::MemoryPath(const hardware::Machine& gpu, EventQueue& events, std::ve
       bank_free_(static_cast<std::size_t>(gpu.queues.l2_banks), 0.0),
       requests_(static_cast<std::size_t>(gpu.queues.l2_requests)),
       free_requests_(requests_.size()) {
-  // The lowest number first.
+  // The lowest number is used first.
   std::iota(free_requests_.rbegin(), free_requests_.rend(), 0u);
   if (events.recording()) request_paths_.resize(requests_.size());
   if (gpu.memory.model != hardware::MemoryModel::kBanks) return;
@@ -43,7 +43,7 @@ std::uint32_t MemoryPath::open_group(EventKind kind, std::uint32_t who, std::uin
     free_groups_.pop_back();
   }
   Group& g = groups_[group];
-  g.waits = 1;  // open: it waits for close_group()
+  g.waits = 1;  // an open group waits for close_group()
   g.closed = g.of_banks = false;
   g.ready = 0;
   g.order = 0;
@@ -165,7 +165,7 @@ void MemoryPath::memory_has_read(std::uint32_t request, double now) {
     w = waiter.next;
     answer(waiter, now, Bound::kLatency);
   }
-  // Whoever waited for a request may find that its line is there or under way by now.
+  // The line of a reader that waited for a request may be cached or in flight by now.
   while (!stalled_.empty() && !free_requests_.empty()) {
     const Stalled next = stalled_.front();
     stalled_.pop_front();
@@ -207,7 +207,7 @@ void MemoryPath::move_by_banks(std::uint64_t address, std::uint64_t bytes, std::
                                double now) {
   if (events_.recording()) group_paths_[group].asked = asked(now);
   groups_[group].order = ++asked_;
-  // A line belongs to the stream in which it begins, so that streams which follow each other ask for it once.
+  // A line belongs to the stream in which it begins, so that consecutive streams ask for it once.
   for (std::uint64_t at = round_up(address, line_bytes_); at < address + bytes; at += line_bytes_) {
     groups_[group].waits += line_bytes_ / burst_bytes_;
     ask_banks(kOfGroup | group, at, write, now);
@@ -265,7 +265,7 @@ void MemoryPath::look_again() {
   const memory::DramClock next = banks_->next_look();
   if (next == memory::kNoDramClock) return;
   const double at = static_cast<double>(next) / dram_clocks_per_clk_;
-  // One event ahead is enough, unless something comes before it.
+  // One scheduled look is enough, unless an earlier one becomes necessary.
   if (look_ > events_.now() && look_ <= at) return;
   look_ = at;
   events_.push(at, hardware::Stage::kDram, EventKind::kBanks);

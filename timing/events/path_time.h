@@ -9,8 +9,8 @@
 
 namespace tessera::timing {
 
-// Where the cycles of a frame went, up to a moment, along the chain of events that led to it: each event is caused by the
-// one in whose handling it was asked for, or by the last of those that it waited for. They add up to the moment.
+// Cycles of a frame up to a moment, split by unit along the chain of events that led to it. Each event is caused by
+// the event whose handling asked for it, or by the last one that it waited for. The parts add up to the moment.
 inline constexpr std::size_t kPathParts = hardware::kStageCount + 2;  // stages, kLatency, kL2
 struct PathTime {
   std::array<double, kPathParts> clk{};
@@ -21,8 +21,8 @@ struct PathTime {
 };
 static_assert(index(Bound::kLatency) + 1 == index(Bound::kL2) && index(Bound::kL2) + 1 == kPathParts);
 
-// What the time from one moment to another went to: first so much to `first`, then to `second`, the remainder to `rest`.
-// A wait for a unit that is busy with something else belongs to the unit.
+// Splits the time from one moment to another: up to `first_clk` to `first`, then up to `second_clk` to `second`, the
+// remainder to `rest`. A wait for a unit that is busy with other work belongs to that unit.
 struct Spent {
   Bound rest{};
   Bound first{};

@@ -6,18 +6,18 @@
 
 namespace tessera::timing {
 
-// A set-associative LRU cache whose lines may still be under way: memory::LineCache with the number of the request that
-// fetches each line. 0 bytes: never hits, but a line under way is found as long as nothing took its place.
+// A set-associative LRU cache whose lines may still be in flight: memory::LineCache with the number of the request
+// that fetches each line. A cache of 0 bytes never hits. A line in flight is found until another line takes its place.
 class RequestCache {
  public:
-  static constexpr std::uint32_t kThere = 0xFFFFFFFFu;  // no request: the line is there
+  static constexpr std::uint32_t kThere = 0xFFFFFFFFu;  // no request: the line has arrived
 
   RequestCache(std::int64_t bytes, std::int64_t ways, std::int64_t line_bytes)
       : ways_(static_cast<std::size_t>(ways)),
         sets_(static_cast<std::size_t>(bytes / (ways * line_bytes))),
         entries_(ways_ * sets_) {}
 
-  // Uses a line. Null: it is not there; take() gives it a place.
+  // Uses a line. Returns nullptr when it is missing; take() gives it a place.
   const std::uint32_t* use(std::uint32_t line) {
     if (sets_ == 0) return nullptr;
     Entry* set = set_of(line);
@@ -31,14 +31,14 @@ class RequestCache {
     }
     return nullptr;
   }
-  // A line that is not there, fetched by `request`: the least recently used of its set goes.
+  // Adds a missing line, which `request` fetches, in place of the least recently used line of its set.
   void take(std::uint32_t line, std::uint32_t request) {
     if (sets_ == 0) return;
     Entry* set = set_of(line);
     for (std::size_t way = ways_ - 1; way > 0; --way) set[way] = set[way - 1];
     set[0] = {line, request};
   }
-  // Forgets the lines [first, end), which nothing fetches at the time.
+  // Drops the lines [first, end); none of them may be in flight.
   void drop(std::uint32_t first, std::uint32_t end) {
     for (std::size_t set = 0; set < entries_.size(); set += ways_) {
       std::size_t kept = 0;
@@ -48,7 +48,7 @@ class RequestCache {
       for (; kept < ways_; ++kept) entries_[set + kept] = {};
     }
   }
-  // The line's request is answered.
+  // Marks the line as arrived when its request is answered.
   void fill(std::uint32_t line, std::uint32_t request) {
     if (sets_ == 0) return;
     Entry* set = set_of(line);

@@ -96,7 +96,7 @@ double ShaderCore::domain_registers(const SubPatchItem& item) const {
 }
 
 void ShaderCore::launch(double now) {
-  // Who waits for room is not overtaken: pixels would leave none to a warp of many registers.
+  // Waiting vertices are not overtaken: pixels would leave no room to a warp with many registers.
   if (launch_vertices()) launch_pixels(now);
   issue(now);
 }
@@ -128,7 +128,7 @@ void ShaderCore::launch_pixels(double now) {
   packing_ = false;
   while (next_ < warps_.size() && in_flight_ < rates_.max_warps) {
     const std::uint32_t step = items_->warps[next_].step();
-    // Their vertices or lights are not there.
+    // The vertices or lights of this warp are not ready.
     if (std::any_of(steps_in_flight_.begin(), steps_in_flight_.begin() + step, [](auto n) { return n > 0; })) break;
     const double packed = began_ + rates_.compaction_clk * (next_ + 1);
     if (packed > now) {
@@ -172,7 +172,7 @@ void ShaderCore::issue(double now) {
 }
 
 void ShaderCore::wait_for_what() {
-  // What the oldest warp in flight waits for, of vertices before of pixels.
+  // The oldest warp in flight gives the reason of the wait: of vertices if there is one, else of pixels.
   const DomainWarp* oldest = nullptr;
   for (const DomainWarp& warp : domain_warps_)
     if (warp.state != State::kDone && (oldest == nullptr || warp.order < oldest->order)) oldest = &warp;
@@ -217,7 +217,7 @@ void ShaderCore::look_heights_up(std::uint32_t warp) {
   DomainWarp& d = domain_warps_[warp];
   d.state = State::kLookUp;
   const Vertices& of = vertices_[d.of];
-  // Lines of neighbouring vertices lie together; the last warp has the vertices that are left.
+  // Lines of neighbouring vertices lie together; the last warp gets the remaining vertices.
   const auto first_of = [&](std::uint64_t place) {
     return static_cast<std::uint32_t>(of.item->height_lines * place / of.warps);
   };

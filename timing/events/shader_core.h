@@ -14,42 +14,42 @@
 
 namespace tessera::timing {
 
-// The lanes of a core: warps of one tile after the other, as many in flight as registers and shader.max_warps allow, the
-// oldest that is ready first.
+// The lanes of a core. They run warps of one tile after another, as many in flight as registers and shader.max_warps
+// allow, the oldest ready warp first.
 //
 //   compaction -> in flight: ready -> lanes: coordinates -> texture unit -> texels wait -> ready -> lanes: the rest
 //   vertices of sub-patches -^
 //
-// A warp with lookups computes where they are in a first part, kBeforeLookups of its operations.
+// A warp with lookups computes their coordinates in a first part, which takes kBeforeLookups of its operations.
 //
-// With tessellator.domain_shading=lanes vertices come as warps, too, and go first: the next tile's visibility waits for
-// them, a pixel's warp only for its own tile. Nothing waits in a circle: warps of either kind wait for texels alone once
-// they are in flight, and pixels are of a tile whose vertices are shaded. Pixels do not starve: vertices are those of
-// the sub-patches for which the tessellator has room, of no more tiles than the core holds.
+// With tessellator.domain_shading=lanes vertices come as warps, too, and go first: the next tile's visibility waits
+// for them, a pixel's warp only for its own tile. Waits cannot form a cycle: warps in flight wait for texels alone,
+// and pixels belong to a tile whose vertices are shaded. Pixels do not starve: only sub-patches for which the
+// tessellator has room send vertices, of no more tiles than the core holds.
 class ShaderCore {
  public:
   static constexpr double kBeforeLookups = 0.25;
 
   struct Rates {
-    // Of an invocation, such a sample, a place or light of a list, or a texel of a pass over an image.
+    // Operations of an invocation, surface evaluation, background sample, place or light of a list, or texel of a pass over an image.
     double operations, surface_operations, background_operations, light_operations, image_operations;
-    double lanes;  // of the core
+    double lanes;  // lanes of the core
     std::uint32_t warp_lanes;
     double texels_per_clk;
-    double compaction_clk;  // of a warp
+    double compaction_clk;  // clocks for one warp
     std::size_t max_warps;
-    double register_bytes, registers;  // of the core; of an invocation
-    double compiled_clk;               // of one clock of compiled code; 0: it takes no time
-    bool compiled;                     // operations and registers are those of each warp's own shader
+    double register_bytes, registers;  // bytes of the core; registers of an invocation
+    double compiled_clk;               // clocks for one clock of compiled code; 0: it takes no time
+    bool compiled;                     // each warp's own shader gives operations and registers
   };
   static Rates rates_of(const hardware::Machine& gpu);
 
   ShaderCore(std::uint32_t core, const Rates& rates, EventQueue& events, TexturePath& textures);
 
-  // `items` must stay until the event kShaded. Records that shading reads are there.
+  // Begins a tile when the records that shading reads have arrived. `items` must stay until the event kShaded.
   void begin(const TileItems& items, double now);
-  // Vertices of a sub-patch, at least one; `height_lines`, as many as it has, are spread over their warps and asked of the
-  // texture unit. All must stay until the event kDomainShaded of `number`.
+  // Shades the vertices of a sub-patch, at least one. `height_lines`, as many as it has, are spread over their warps
+  // and asked of the texture unit. Arguments must stay until the event kDomainShaded of `number`.
   void shade_vertices(std::uint32_t number, const SubPatchItem& item, const std::uint32_t* height_lines, double now);
 
   void warp_packed(double now) { launch(now); }
@@ -68,7 +68,7 @@ class ShaderCore {
     State state = State::kWaiting;
     std::uint32_t first_line = 0;
   };
-  // A sub-patch whose vertices are shaded.
+  // A sub-patch whose vertices are being shaded.
   struct Vertices {
     std::uint32_t number;
     const SubPatchItem* item;
@@ -77,10 +77,10 @@ class ShaderCore {
   };
   struct DomainWarp {
     State state = State::kDone;
-    std::uint32_t of = 0, place = 0;  // vertices_; which of its warps
+    std::uint32_t of = 0, place = 0;  // index in vertices_; number of the warp among its vertices' warps
     std::uint64_t order = 0;
   };
-  // What waits for the lanes, the lowest first: domain warps in the order of their launch, then pixel warps.
+  // Warps that wait for the lanes, the lowest key first: domain warps in the order of their launch, then pixel warps.
   using Ready = std::pair<std::uint64_t, std::uint32_t>;
   static constexpr std::uint64_t kOfPixels = std::uint64_t{1} << 63;
 
@@ -89,12 +89,12 @@ class ShaderCore {
   double register_bytes(double of_lane) const { return of_lane * 4 * rates_.warp_lanes; }
   double pixel_registers(std::uint32_t warp) const;
   double domain_registers(const SubPatchItem& item) const;
-  // A warp that needs more than there are runs alone.
+  // A warp that needs more registers than the core has runs alone.
   bool fits(double registers) const {
     return in_flight_ < rates_.max_warps && (in_flight_ == 0 || registers_taken_ + registers <= rates_.register_bytes);
   }
   void launch(double now);
-  // False: some wait for room.
+  // Returns false when some vertices wait for room.
   bool launch_vertices();
   void launch_pixels(double now);
   void issue(double now);
@@ -113,14 +113,14 @@ class ShaderCore {
   std::vector<Warp> warps_;
   std::vector<Vertices> vertices_;
   std::vector<std::uint32_t> free_vertices_;
-  std::deque<std::uint32_t> to_launch_;  // of vertices_
+  std::deque<std::uint32_t> to_launch_;  // indices in vertices_
   std::vector<DomainWarp> domain_warps_;
   std::vector<std::uint32_t> free_domain_warps_;
   std::uint64_t domain_order_ = 0;
   std::vector<Ready> ready_;  // heap
   std::uint32_t next_ = 0, oldest_ = 0, done_ = 0;
   std::array<std::uint32_t, WarpItem::kSteps> steps_in_flight_{};  // warps by WarpItem::step()
-  std::size_t in_flight_ = 0;                                      // of both kinds
+  std::size_t in_flight_ = 0;                                      // warps of both kinds
   Ready on_lanes_{};
   bool issuing_ = false, packing_ = false;
   double registers_taken_ = 0;  // bytes

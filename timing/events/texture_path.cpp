@@ -33,7 +33,7 @@ void TexturePath::look_up(double now) {
   Job& job = queue_.front();
   blocked_ = false;
   const std::uint32_t first = job.next;
-  std::uint32_t next = first;  // not job's own, which what is written below might be
+  std::uint32_t next = first;  // a copy, as the code below may change job
   for (; next < job.count; ++next) {
     const std::uint32_t line = job.lines[next];
     if (const std::uint32_t* found = cache_.use(line)) {
@@ -58,7 +58,7 @@ void TexturePath::look_up(double now) {
   requested_ += next - first;
   job.next = next;
   if (blocked_) return;
-  // A line per clock, whatever the lookups take.
+  // The unit takes at least a clock for each line.
   const double cycles = std::max(job.cycles, static_cast<double>(job.count));
   busy_ += cycles;
   events_.push(std::max(now, started_ + cycles), hardware::Stage::kTexture, EventKind::kTextureFree, core_);

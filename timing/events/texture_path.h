@@ -8,14 +8,13 @@
 
 namespace tessera::timing {
 
-// The texture unit of a core with its cache, which stays warm from tile to tile: takes one request after the other, each
-// for so long as its lookups take, a line per clock at least; lines that miss are asked of the L2, at most
-// texture.requests at a time.
+// The texture unit of a core with its cache, which stays warm from tile to tile. It takes one request after another, each for as long
+// as its lookups take, and at least a clock for each line. It asks the L2 for missing lines, at most texture.requests at a time.
 class TexturePath {
  public:
   TexturePath(const hardware::Machine& gpu, std::uint32_t core, EventQueue& events, MemoryPath& memory);
 
-  // `lines` must stay. The event (kind, core, what) comes when all texels are there.
+  // Adds a request. `lines` must stay. The event (kind, core, what) comes when all texels have arrived.
   void submit(const std::uint32_t* lines, std::uint32_t count, double cycles, EventKind kind, std::uint32_t what);
 
   void fill(std::uint32_t request, double now);
@@ -40,7 +39,7 @@ class TexturePath {
   };
 
   void start(double now);
-  // Goes through the lines of the first job until all are asked for, or no request is free.
+  // Goes through the lines of the first job until all are requested or no request is free.
   void look_up(double now);
 
   std::uint32_t core_;

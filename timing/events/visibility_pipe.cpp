@@ -8,7 +8,7 @@ using hardware::Stage;
 
 namespace {
 
-// Of VisibilityPipe's units, in their order.
+// The stages of VisibilityPipe's units, in order.
 constexpr std::array kStages = {Stage::kTessellator, Stage::kBoxes,         Stage::kBoxTests,   Stage::kStencil,
                                 Stage::kSampling,    Stage::kTriangleTests, Stage::kAlphaTests, Stage::kCoarseDepth};
 
@@ -39,7 +39,7 @@ VisibilityPipe::VisibilityPipe(const hardware::Machine& gpu, std::uint32_t core,
       max_lines_(gpu.queues.fetched_lines) {
   for (std::size_t e = 0; e < hardware::kItemEventCount; ++e) {
     const auto event = static_cast<Event>(hardware::kFirstItemEvent + e);
-    const bool shaded = on_lanes_ && event == Event::kVertices;  // not here
+    const bool shaded = on_lanes_ && event == Event::kVertices;  // lanes shade vertices, not this unit
     per_event_[e] = shaded ? 0 : gpu.clocks(event, 1);
     end_of_unit_[unit_of(event)] = e + 1;
   }
@@ -72,7 +72,7 @@ PathTime VisibilityPipe::path_of(const Moment& moment) const {
 }
 
 void VisibilityPipe::push(const Moment& moment, EventKind kind, std::uint32_t what) {
-  // What was computed ahead may be past by now: then the event at hand is what led to it.
+  // A moment that was computed ahead may be past by now; then the current event is its cause.
   if (moment.time < events_.now()) {
     events_.push(events_.now(), Stage::kFetch, kind, core_, what);
   } else {
@@ -103,7 +103,7 @@ void VisibilityPipe::begin(const TileWork& work, const TileItems& items, std::ui
   }
   free_.fill(moment(now));
   last_given_ = free_[0];
-  // The list and what was stored of the tile; then the records that it names.
+  // Read the list and the tile's stored samples, then the records that the list names.
   steps_ = items.record_bytes > 0 ? 2 : 1;
   const std::uint32_t group = memory_.open_group(EventKind::kListRead, core_, 0);
   memory_.read_bytes(address_, items.list_bytes + items.load_bytes, group, now);
@@ -117,7 +117,7 @@ void VisibilityPipe::list_read(double now) {
     memory_.close_group(group, now);
     return;
   }
-  // Nothing leaves the sorter before the last entry is in it.
+  // No entry leaves the sorter before the last entry is in it.
   const double entries = static_cast<double>(work_->events[Event::kFetchedEntries]) * fetch_clk_;
   fetch_free_ = now + entries + static_cast<double>(work_->events[Event::kSortSteps]) * sort_clk_;
   if (count_ == 0) {
@@ -161,7 +161,7 @@ void VisibilityPipe::start_domain() {
   while (given_ < fetched_ && arrived_[given_].time != kUnknown) {
     Moment at = later(last_given_, arrived_[given_]);
     if (given_ > ring_) {
-      // Boxes take the vertices of a sub-patch out of the queue as they begin with it.
+      // The box builder takes a sub-patch's vertices out of the queue when it begins with it.
       const Moment& room = boxed_[given_ - ring_ - 1];
       if (room.time == kUnknown) return;
       at = later(at, room);
@@ -197,7 +197,7 @@ VisibilityPipe::Moment VisibilityPipe::pass(std::uint32_t item, std::size_t firs
     const double clk = cycles(unit, items_->sub_patches[item]);
     at.time += clk;
     at.clk[unit] += clk;
-    // It stays until the next unit's queue has room: until that took the item ring_ before.
+    // The item stays until the next unit's queue has room, which is when that unit takes the item ring_ before.
     if (unit + 1 < kUnits && item >= ring_ && start_of(unit + 1, item).time > at.time) at = start_of(unit + 1, item);
     start_of(unit, item) = start;
     free_[unit] = at;
@@ -206,7 +206,7 @@ VisibilityPipe::Moment VisibilityPipe::pass(std::uint32_t item, std::size_t firs
 }
 
 void VisibilityPipe::pass_all() {
-  // The places of the units before the alpha tests depend on when those took the item ring_ before.
+  // Places of the units before the alpha tests depend on when the alpha tests took the item ring_ before.
   bool again = true;
   while (again) {
     again = false;
@@ -251,7 +251,7 @@ void VisibilityPipe::alpha_start(std::uint32_t item, double) {
 }
 
 void VisibilityPipe::alpha_read(std::uint32_t item, double now) {
-  // The tests run while texels come, and end with the last of them.
+  // The tests run while texels arrive, and end with the last of them.
   Moment left = pass(item, kAlpha, kAlpha + 1, left_[item]);
   if (left.time < now) left = moment(now);
   free_[kAlpha] = left;

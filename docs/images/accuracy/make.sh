@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Measures docs/accuracy.md on the default machine: docs/images/accuracy/make.sh [DIR [SIZE [SAMPLES]]] writes all.csv, answers.csv, references.csv,
+# Measures docs/accuracy_and_stability.md on the default machine: docs/images/accuracy/make.sh [DIR [SIZE [SAMPLES]]] writes all.csv, answers.csv, references.csv,
 # clock.csv, joint.csv, the tables of the page, samples.svg and joint.svg. References are those of captures/references, which are rendered anew where they are old.
 # DIR keeps what was measured; called again with the same, nothing is measured again. A task of a Slurm array, or a call with CAPTURES="eggs city", measures
 # its captures alone and writes no tables: the last call writes them, and measures what is missing.

@@ -1,4 +1,4 @@
-"""Tables and plots of docs/accuracy.md from the results of `tessera tradeoff`: tables.py RESULTS OUT COMMIT.
+"""Tables and plots of docs/accuracy_and_stability.md from the results of `tessera tradeoff`: tables.py RESULTS OUT COMMIT.
 
 OUT's CSV files get the rows of the captures whose results are in RESULTS; those of the others stay. Tables and plots follow from the CSV files."""
 
@@ -57,7 +57,7 @@ def clock_rows(name, result):
 
 
 def clock_markdown(rows):
-    """The table of docs/accuracy.md, from the rows of clock.csv."""
+    """The table of docs/accuracy_and_stability.md, from the rows of clock.csv."""
     models = list(dict.fromkeys(row["model"] for row in rows))[1:]
     lines = ["| capture | " + " | ".join(models) + " |", "|---|" + "---:|" * len(models)]
     for name, own in by_capture(rows).items():
@@ -103,7 +103,7 @@ def joint_choices(rows):
 
 
 def joint_markdown(rows):
-    """The table of docs/accuracy.md."""
+    """The table of docs/accuracy_and_stability.md."""
     lines = ["| capture | default | as good, cheapest | best for the default's ms |", "|---|---:|---|---|"]
     for name, own in by_capture(rows).items():
         base, good, best = joint_choices(own)
@@ -218,7 +218,7 @@ def main():
           [row for name in answers for row in answer_rows(name, results[name], answers[name])], commit)
     (out / "samples.svg").write_text(plot({name: samples_of(own) for name, own in by_capture(every).items()}, "What samples buy, and what they cost"))
     (out / "joint.svg").write_text(joint_plot(joint))
-    page = out.parent.parent / "accuracy.md"  # where OUT is docs/images/accuracy
+    page = out.parent.parent / "accuracy_and_stability.md"  # where OUT is docs/images/accuracy
     if page.exists():
         put_into(page, "clock", clock_markdown(clock))
         put_into(page, "joint", joint_markdown(joint))

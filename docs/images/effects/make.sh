@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Measures what each effect of the shipped captures costs, 640x360 on the default machine: costs.csv, and its table in docs/effects.md.
+# Measures what each effect of the shipped captures costs, 640x360 on the default machine: costs.csv, and its table in docs/shading.md.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 root=$here/../../..

@@ -1,4 +1,4 @@
-"""costs.csv from folders of `tessera tradeoff --effects`, one for each capture, and its table in docs/effects.md: tables.py FOLDERS OUT COMMIT."""
+"""costs.csv from folders of `tessera tradeoff --effects`, one for each capture, and its table in docs/shading.md: tables.py FOLDERS OUT COMMIT."""
 
 import csv
 import pathlib
@@ -35,7 +35,7 @@ def main():
         lines += ([head + ",commit"] if not lines else []) + [f"{row},{commit}" for row in rows]
     text = "\n".join(lines) + "\n"
     (out / "costs.csv").write_text(text)
-    page = out.parent.parent / "effects.md"  # where OUT is docs/images/effects
+    page = out.parent.parent / "shading.md"  # where OUT is docs/images/effects
     if page.exists():
         before, _, rest = page.read_text().partition("<!-- costs -->\n")
         if rest:

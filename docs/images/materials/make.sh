@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Makes the images and figures of docs/materials.md: models of single material extensions as Tessera and as three.js draw them, from the same camera.
+# Makes the images and figures of the materials in docs/shading.md: models of single material extensions as Tessera and as three.js draw them, from the same camera.
 #   docs/images/materials/make.sh [MODELS [NPM [OUT]]]
 # MODELS: folder of .glb files (default: materials in ../shared beside the project); NPM: where `npm install three@0.170 puppeteer-core` was run (default: npm in ../shared beside the project);
 # OUT: folder for what is in between (default: a temporary one). TESSERA names the program (default: the project's own), REFERENCE the script that draws with three.js.
@@ -10,7 +10,7 @@ models=${1:-$root/../shared/materials}
 npm=${2:-$root/../shared/npm}
 out=${3:-$(mktemp -d)}
 reference=${REFERENCE:-$root/../shared/tools/three_reference/render.js}
-page=$root/docs/materials.md
+page=$root/docs/shading.md
 width=480 height=270
 
 skip() {

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Runs the study of docs/study_binning.md and makes its plots (Debian's chromium) and its tables tiles.csv, depths.csv, buffers.csv: docs/images/studies/make.sh [OUT]
+# Runs the study of docs/bounds_and_binning.md and makes its plots (Debian's chromium) and its tables tiles.csv, depths.csv, buffers.csv: docs/images/studies/make.sh [OUT]
 # An OUT that holds the finished study is not run again. TESSERA names the program (default: the project's own).
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)

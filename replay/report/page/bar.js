@@ -1,8 +1,8 @@
-// The bar above all sections: which frame, which run, and what it is compared with.
+// The bar above all sections: chooses the frame, the run, and the frame or run with which it is compared.
 
 function controlBar() {
   const several = runs().length > 1;
-  const bar = make('div', { class: 'bar', role: 'group', 'aria-label': 'What is shown' });
+  const bar = make('div', { class: 'bar', role: 'group', 'aria-label': 'Frame and comparison' });
   document.querySelector('header').after(bar);
   const side = (name, at, change) => {
     const label = make('output', { class: 'which' });

@@ -1,7 +1,6 @@
-// The first screen: whether the frame holds the target rate on the machine, what it takes, what bounds it, and how far that is to be
-// believed.
+// The first screen: whether the frame holds the target rate on the machine, its costs, its bound, and how reliable the figures are.
 
-// Of a frame: what is on each card, in one place, so that sections and comparisons agree. `better`: -1 less, 1 more.
+// The figures of a frame on each card, in one place, so that sections and comparisons agree. `better`: -1 less, 1 more.
 const kFigures = [
   { key: 'ms', title: 'frame time', unit: 'ms', better: -1, of: (frame, at) => (frame.timing ? milliseconds(frame.timing.cycles, at) : null) },
   { key: 'fps', title: 'frame rate', unit: 'frames/s', better: 1, of: (frame, at) => (frame.timing && frame.timing.cycles > 0 ? 1000 / milliseconds(frame.timing.cycles, at) : null) },
@@ -11,19 +10,19 @@ const kFigures = [
   { key: 'bytes', title: 'memory traffic', unit: 'bytes', better: -1, of: (frame) => bytesOf(frame) },
   { key: 'lists', title: 'peak list memory', unit: 'bytes', better: -1, of: (frame) => frame.counters['binner.queue_bytes_peak'] ?? null },
 ];
-// Watts at the target rate, or at the frame's own where that is lower: as hardware/energy.h has them. Leakage goes on between frames unless
-// the supply is cut.
+// Watts at the target rate, or at the frame's own rate where that is lower, as in hardware/energy.h. Leakage continues between frames
+// unless the supply is cut.
 function powerOf(frame, at = shown) {
   if (!frame.timing || !frame.energy || !(frame.timing.cycles > 0)) return null;
   const ms = milliseconds(frame.timing.cycles, at), interval = Math.max(ms, 1000 / shown.target), leaked = frame.energy.by_unit.leakage || 0;
   const leaks = run(at).stats.gpu.energy.power_gating === 'between_frames' ? ms : interval;
   return (frame.energy.total_nj - leaked + leaked * leaks / ms) / interval * 1e-6;
 }
-// Milliseconds left of the target rate's, negative where the frame misses it.
+// Milliseconds left within the target rate's time, negative where the frame misses it.
 const spareOf = (frame, at = shown) => 1000 / shown.target - milliseconds(frame.timing.cycles, at);
 const bytesOf = (frame) => frame.counters['dram.read_bytes'] + frame.counters['dram.written_bytes'];
 
-// The figure over the frames as a line, with a mark at the frame that is shown.
+// The figure over the frames as a line, with a mark at the shown frame.
 function spark(values, at) {
   const width = 120, height = 26, known = values.filter((value) => value !== null);
   if (known.length < 2) return null;
@@ -42,12 +41,12 @@ function targetWords(frame, at = shown) {
   return spare >= 0 ? `Meets ${plain(shown.target)} frames/s: ${quantity(ms, 'ms')} of ${quantity(interval, 'ms')}, ${percent(spare / interval)} to spare.`
     : `Misses ${plain(shown.target)} frames/s: ${quantity(ms, 'ms')} where ${quantity(interval, 'ms')} are allowed, ${times >= 2 ? `${digits(times)} times as long` : `${percent(-spare / interval)} too much`}.`;
 }
-// What keeps the cores from having more tiles in flight.
+// The limit on the number of tiles in flight in the cores.
 function flightWords(timing) {
   const waits = timing.tile_memory_waits / Math.max(1, timing.cycles * run().stats.gpu.tilecore.count);
   return waits > 0.005 ? `tile memory limits them: cores wait for it ${percent(waits)} of the time` : 'tile memory does not limit them';
 }
-// How far the figures are to be believed: the model, the coarser one, the numbers that are assumed, and where it was compared with silicon.
+// How reliable the figures are: the model, the coarser model, the assumed numbers, and the comparison with silicon.
 function trustWords() {
   const frame = frameOf(), of = run().stats.sensitivity, out = [], coarse = frame.timing.coarse_cycles;
   out.push((frame.timing.coarser_models || []).length > 0 ? `Timed by ${frame.timing.coarser_models.join(' and ')}, coarser than the default.` : 'Timed by the default (finest) model.');

@@ -73,7 +73,7 @@ function compareSection() {
       out.data[k + 3] = 255;
     }
     pen.putImageData(out, 0, 0);
-    says.textContent = `Largest difference of a channel ${most} of 255, mean ${digits(sum / (width * height))}, ${percent(count / (width * height))} of the pixels differ${data.lossy ? '; the images of this page are lossy, those of the folder are not' : ''}.`;
+    says.textContent = `Largest difference of a channel ${most} of 255, mean ${digits(sum / (width * height))}, ${percent(count / (width * height))} of the pixels differ${data.lossy ? '; the images of this page are lossy, the files in the folder are not' : ''}.`;
   }
 
   const entry = follow(part, ['run', 'frame', 'other'], () => {
@@ -83,7 +83,7 @@ function compareSection() {
     const a = frameOf(), b = otherFrame(), both = kFigures.map((figure) => ({ ...figure, a: figure.of(a, shown), b: figure.of(b, shown.other) })).filter((row) => row.a !== null && row.b !== null);
     figures.replaceChildren(make('h3', {}, 'Figures'), table([{ title: 'figure', of: (row) => row.title }, { title: 'A', of: (row) => row.a, show: (value, row) => quantity(value, row.unit) }, { title: 'B', of: (row) => row.b, show: (value, row) => quantity(value, row.unit) },
       { title: 'B to A', of: (row) => (row.a ? row.b / row.a - 1 : 0), show: signedPercent }], both, { label: 'Figures of both' }));
-    // Of runs the first is A; means over the frames that both have.
+    // The first of two runs is A; means over the frames that both have.
     const tree = shown.run === 0 && shown.other.run > 0 ? (data.why_runs || [])[shown.other.run] : null;
     why.replaceChildren(...(tree ? [make('h3', {}, `Why, over the frames that ${run(shown).label} (A) and ${run(shown.other).label} have`), causeList(tree)] : []));
     paintImages();

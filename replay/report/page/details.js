@@ -1,4 +1,4 @@
-// What a replay has besides: counters, effects, other ways to bin, what the verdict hangs on.
+// Further results of a replay: counters, effects, other ways to bin, the sensitivity of the verdict.
 
 function counterSection() {
   const part = section('counters', 'Counters');
@@ -33,7 +33,7 @@ function effectSection() {
     const saved = savings(frame, 'effects'), count = framesOf().length, frames = (effect) => framesOf().filter((of) => of.effects[effect]).length;
     holder.replaceChildren(ran.length > 0 ? table([
       { title: `effects of ${nameOf(shown)}`, of: words }, { title: 'frames', of: (row) => `${frames(row)} of ${count}` }, { title: 'sub-patches', of: (row) => at(row).sub_patches }, { title: 'sub-patches spared', of: (row) => at(row).sub_patches_elided },
-      { title: 'tiles', of: (row) => at(row).tiles }, ...(saved.size > 0 ? [{ title: 'saves when left out', of: (row) => saved.get(row) ?? -1, show: (value) => (value === -1 ? 'not measured' : signedPercent(value)) }, { title: 'time', of: (row) => (saved.has(row) ? saved.get(row) * milliseconds(frame.timing.cycles) : 0), show: (value) => (value ? quantity(value, 'ms') : ''), help: 'What the frame takes less without it' }, { title: 'energy', of: (row) => savedEnergy(frame, row), show: (value) => (value ? quantity(value, 'nJ') : ''), help: 'What the frame needs less without it' }] : []), { title: 'why', of: (row) => (frame.effect_reasons || {})[row] || '', wide: true }], ran, { label: 'Effects that ran' }) : make('p', {}, `No effect ran in ${nameOf(shown)}.`),
+      { title: 'tiles', of: (row) => at(row).tiles }, ...(saved.size > 0 ? [{ title: 'saves when left out', of: (row) => saved.get(row) ?? -1, show: (value) => (value === -1 ? 'not measured' : signedPercent(value)) }, { title: 'time', of: (row) => (saved.has(row) ? saved.get(row) * milliseconds(frame.timing.cycles) : 0), show: (value) => (value ? quantity(value, 'ms') : ''), help: 'Time that the frame saves without it' }, { title: 'energy', of: (row) => savedEnergy(frame, row), show: (value) => (value ? quantity(value, 'nJ') : ''), help: 'Energy that the frame saves without it' }] : []), { title: 'why', of: (row) => (frame.effect_reasons || {})[row] || '', wide: true }], ran, { label: 'Effects that ran' }) : make('p', {}, `No effect ran in ${nameOf(shown)}.`),
     idle.length > 0 ? make('details', {}, make('summary', {}, `Did not run: ${idle.map(words).join(', ')}`), table([{ title: 'effect', of: words }, { title: 'why not', of: (row) => (frame.effect_reasons || {})[row] || '', wide: true }], idle, { label: 'Effects that did not run' })) : '');
   });
 }
@@ -44,13 +44,13 @@ function baselineSection() {
   const part = section('baselines', 'Other ways to bin the same frames'), order = total.baselines.tessera['baseline.cycles'] > 0 ? 'baseline.cycles' : 'baseline.dram_bytes';
   const schemes = Object.keys(total.baselines).sort((a, b) => total.baselines[a][order] - total.baselines[b][order]);
   const names = Object.keys(total.baselines[schemes[0]]);
-  // Shipped: a product does this on patches; idealised: none is known to. Files of before do not say which.
+  // Shipped: a product does this on patches; idealised: none is known to. Older files do not say which.
   const kinds = run().stats.baseline_kinds || {}, named = (scheme) => (kinds[scheme] ? `${words(scheme)} (${kinds[scheme]})` : words(scheme));
   const units = { 'baseline.queue_bytes_peak': ['list memory', 'bytes'], 'baseline.dram_bytes': ['memory traffic', 'bytes'], 'baseline.cycles': ['cycles', 'cycles'], 'baseline.energy_nj': ['energy', 'nJ'] };
   if (total.baseline_verdict) part.append(make('p', { class: 'verdict' }, total.baseline_verdict.sentence));
   part.append(...['ours', 'shipped', 'idealised'].flatMap((kind) => {
     const of = schemes.filter((scheme) => (kinds[scheme] || 'idealised') === kind);
-    return of.length === 0 ? [] : [make('h3', {}, { ours: 'This machine', shipped: 'What a product does', idealised: 'What no product is known to do' }[kind]), verdictTable(total, of, order)];
+    return of.length === 0 ? [] : [make('h3', {}, { ours: 'This machine', shipped: 'Shipped in a product', idealised: 'Idealised: in no known product' }[kind]), verdictTable(total, of, order)];
   }));
   const grid = make('div', { class: 'pairs' });
   part.append(grid);
@@ -59,7 +59,7 @@ function baselineSection() {
   part.append(table([{ title: 'counter', of: (row) => row, title_of: (row) => (data.counters[row] || {}).meaning || '' }, ...schemes.map((scheme) => ({ title: named(scheme), of: (row) => total.baselines[scheme][row], zero: true }))], names, { label: 'Schemes' }));
 }
 
-// Schemes with what a frame takes of each measure, and that by tessera's; this machine's own row is marked.
+// Schemes with the costs of a frame by each measure, also relative to tessera; the row of this machine is marked.
 function verdictTable(total, schemes, order) {
   const frames = total.frames, clock = clockOf(), measures = [['time', 'baseline.cycles', (value) => quantity(value / frames / clock * 1e-3, 'ms')], ['energy', 'baseline.energy_nj', (value) => quantity(value / frames, 'nJ')],
     ['memory traffic', 'baseline.dram_bytes', (value) => quantity(value / frames, 'bytes')], ['peak list memory', 'baseline.queue_bytes_peak', (value) => quantity(value, 'bytes')]];
@@ -69,12 +69,12 @@ function verdictTable(total, schemes, order) {
   schemes, { chosen: (scheme) => scheme === 'tessera', sort: 1, up: true, label: `Schemes by ${order === 'baseline.cycles' ? 'time' : 'traffic'}` });
 }
 
-// --sensitivity: what cycles, energy and the verdict hang on.
+// --sensitivity: the numbers on which cycles, energy and the verdict depend.
 function sensitivitySection() {
   const of = run().stats.sensitivity;
   if (!of) return;
-  const part = section('sensitivity', 'What the verdict hangs on');
-  part.append(make('p', {}, of.verdict_hangs_on.length > 0 ? `Within their ends these numbers change what bounds the frame: ${of.verdict_hangs_on.join(', ')}.` : `No assumed number changes the verdict: ${boundWords(of.bound_by)} bounds the frame.`),
+  const part = section('sensitivity', 'Sensitivity of the verdict');
+  part.append(make('p', {}, of.verdict_hangs_on.length > 0 ? `Within their ranges these numbers change the unit that bounds the frame: ${of.verdict_hangs_on.join(', ')}.` : `No assumed number changes the verdict: ${boundWords(of.bound_by)} bounds the frame.`),
     table([{ title: 'key', of: (row) => row.key }, { title: 'value', of: (row) => row.value, show: plain }, { title: 'from', of: (row) => row.ends[0], show: plain }, { title: 'to', of: (row) => row.ends[1], show: plain },
       ...['cycles', 'energy'].flatMap((what) => [0, 1].map((end) => ({ title: `${what} at ${end ? 'to' : 'from'}`, of: (row) => row[what][end] - 1, show: (value) => (Math.abs(value) < 5e-4 ? '' : signedPercent(value)), zero: true }))),
       { title: 'assumed', of: (row) => (row.assumed ? 'yes' : 'no') }], of.numbers, { limit: 20, label: 'Influence of each number' }));

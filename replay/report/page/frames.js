@@ -5,7 +5,7 @@ function percentile(values, part) {
   const sorted = [...values].sort((a, b) => a - b);
   return sorted[Math.max(0, Math.ceil(part * sorted.length) - 1)];
 }
-// Of a figure over all frames of a run: {mean, median, tail, worst, at}, `tail` the 95th percentile from its better end, `at` the index of
+// A figure over all frames of a run: {mean, median, tail, worst, at}, `tail` the 95th percentile from its better end, `at` the index of
 // the worst frame. null where no frame has it.
 function spreadOf(figure, at = shown) {
   const rows = framesOf(at).map((frame, index) => ({ index, value: figure.of(frame, at) })).filter((row) => row.value !== null);

@@ -1,6 +1,6 @@
-// The machine as a block diagram: units filled by how busy they are, arrows as wide as their bytes.
+// The machine as a block diagram: units filled by their utilisation, arrows as wide as their bytes.
 
-// Where units are, in the drawing's own lengths; what counts for them and what describes them.
+// Places of units, in the drawing's own lengths; their counters and their keys.
 const kUnits = {
   frontend: { title: 'Front end', at: [20, 84, 170, 150], counters: /^frontend\./, keys: /^frontend\./ },
   binner: { title: 'Binner', at: [232, 84, 150, 150], counters: /^binner\./, keys: /^(binner|parameter_buffer)\./ },
@@ -23,7 +23,7 @@ const kUnits = {
 };
 const kCores = [424, 40, 806, 230];
 const kMachineSize = [1240, 566];
-// Between what boxes arrows of the memory interface lie: from x to x, below y.
+// Anchors of the arrows of the memory interface: from x to x, below y.
 const kAnchors = { frontend: [24, 190, 234], binner: [236, 380, 234], visibility: [438, 636, 270], l2: [650, 1062, 386], resolve: [1078, 1222, 270] };
 const kThroughL2 = ['texture', 'patch_data', 'attributes', 'sampling_maps', 'scene_color', 'shadow_map'];
 const kShortPurpose = { tile_queue: 'lists', tile_state: 'tile state', frame_buffer: 'pixels', texture: 'textures', history: 'history', neighbours: 'neighbours', sampling_maps: 'maps', coarse_depth: 'depths', scene_color: 'behind', shadow_map: 'shadows', attachment: 'attachments', patch_data: 'scene' };
@@ -41,7 +41,7 @@ function flowsOf(frame) {
 }
 const l2Bytes = (frame, at) => (frame.counters['l2.requests'] || 0) * Math.max(64, run(at).stats.gpu.memory.burst_bytes);
 
-// How busy a unit is, and what it costs.
+// Utilisation of a unit, and its costs.
 function unitState(name, frame, at = shown) {
   const unit = frame.timing && frame.timing.units[name];
   if (name === 'l2') {
@@ -86,7 +86,7 @@ function machineSection() {
 
 function diagram(frame, widest, waits, press) {
   const [width, height] = kMachineSize, cores = run().stats.gpu.tilecore.count;
-  const drawing = draw('svg', { viewBox: `0 0 ${width} ${height}`, class: 'diagram', role: 'group', 'aria-label': 'Units of the machine and what they move' });
+  const drawing = draw('svg', { viewBox: `0 0 ${width} ${height}`, class: 'diagram', role: 'group', 'aria-label': 'Units of the machine and the bytes that they move' });
   // Cores behind the first.
   for (const shift of [12, 6].slice(cores > 2 ? 0 : cores > 1 ? 1 : 2)) drawing.append(draw('rect', { x: kCores[0] + shift, y: kCores[1] - shift, width: kCores[2] - 12, height: kCores[3], class: 'shell' }));
   drawing.append(draw('rect', { x: kCores[0], y: kCores[1], width: kCores[2] - 12 + (cores > 1 ? 0 : 12), height: kCores[3], class: frame.timing.bound_by === 'tilecores' ? 'shell bound' : 'shell' }),
@@ -139,11 +139,11 @@ function arrow(x, from, to, thick, color, side, bytes) {
   return draw('path', { d: `M${x - half} ${from} H${x + half} V${to - head} H${x + tip} L${x} ${to} L${x - tip} ${to - head} H${x - half} z`, fill: color, stroke: color, class: side === 'B' ? 'flow pale' : 'flow', 'data-side': side, 'data-bytes': bytes });
 }
 
-// Arrows of the frame; with what it is compared with both, A's left of B's, on one scale of half the width.
+// Arrows of the frame; in a comparison of both frames, A's left of B's, on one scale of half the width.
 function arrows(frame, widest) {
   const out = [], dram = kUnits.dram.at[1], other = otherFrame(), sides = [['A', frame, shown], ...(other ? [['B', other, shown.other]] : [])];
   const thick = (bytes) => Math.max(1.5, 38 / sides.length * bytes / widest);
-  // What moves from a place to another, of each side: {x, gap (of B from the middle), from, to, color, name, bytes: [of each side], inMemory,
+  // Flows from a place to another, of each side: {x, gap (of B from the middle), from, to, color, name, bytes: [of each side], inMemory,
   // label(texts): elements}.
   const flow = ({ x, gap, from, to, color, name, bytes: of, inMemory, label }) => {
     const there = sides.map(([side, its], s) => ({ side, bytes: of[s], all: bytesOf(its) })).filter(({ bytes }) => bytes > 0), said = ({ side, bytes }) => `${other ? side + ' ' : ''}${quantity(bytes, 'bytes')}`;
@@ -173,7 +173,7 @@ function arrows(frame, widest) {
   return out;
 }
 
-// Counters, traffic and keys of a unit, of the frame that is shown.
+// Counters, traffic and keys of a unit, for the shown frame.
 function unitPanel(name) {
   const unit = kUnits[name], frame = frameOf(), other = otherFrame(), state = unitState(name, frame);
   const counters = Object.keys(frame.counters).filter((counter) => unit.counters.test(counter));

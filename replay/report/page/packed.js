@@ -1,4 +1,7 @@
-// Documents of numbers, as replay/report/page_parts.h packs them; one group is unpacked when one of its documents is asked for.
+// Done when all packed data is in the document: a part of it stands behind the scripts, so that the first screen does not wait for it.
+const complete = new Promise((resolve) => { if (document.readyState === 'loading') document.addEventListener('DOMContentLoaded', resolve); else resolve(); });
+
+// Documents of numbers, as replay/report/page_parts.h packs them; a group is unpacked on the first request for one of its documents.
 
 async function unzip(text) {
   const letters = atob(text.trim()), bytes = new Uint8Array(letters.length);
@@ -35,11 +38,11 @@ function readDocuments(bytes) {
   return heads.map((head) => restore(head, ''));
 }
 
-const groups = new Map();  // the last ones asked for
+const groups = new Map();  // the last used ones
 function documentOf([group, index]) {
   if (!groups.has(group)) {
     if (groups.size > 4) groups.delete(groups.keys().next().value);
-    groups.set(group, unzip(document.getElementById(group).textContent).then(readDocuments));
+    groups.set(group, complete.then(() => unzip(document.getElementById(group).textContent)).then(readDocuments));
   }
   return groups.get(group).then((documents) => documents[index]);
 }

@@ -1,4 +1,4 @@
-// What all reports share: faults that must not stay uncovered, packed data, small pieces of document.
+// The parts that all reports share: faults that must be shown, packed data, small pieces of document.
 'use strict';
 
 document.body.dataset.errors = '0';
@@ -12,7 +12,7 @@ function complain(message) {
 window.addEventListener('error', (event) => complain(event.message));
 window.addEventListener('unhandledrejection', (event) => complain(String((event.reason && event.reason.stack) || event.reason)));
 
-// What the page shows; there when pageReady is done.
+// The data that the page shows; ready when pageReady is done.
 let data = null;
 
 // An element with attributes (functions become listeners) and children; texts never become markup.
@@ -33,7 +33,7 @@ function fill(element, attributes, children) {
 
 const main = document.getElementById('main');
 
-// What follows "#" chooses what is shown first: report.html#section=curves&curves.column=NAME; docs/studies.md lists the names.
+// The text after "#" chooses the first view: report.html#section=curves&curves.column=NAME; docs/studies.md lists the names.
 const wanted = new URLSearchParams(location.hash.slice(1));
 function wantedOf(name, allowed, otherwise) { return allowed.map(String).includes(wanted.get(name)) ? wanted.get(name) : otherwise; }
 
@@ -48,9 +48,12 @@ function section(id, title, note) {
 function style(name) { return getComputedStyle(document.documentElement).getPropertyValue(name).trim(); }
 const darkness = window.matchMedia('(prefers-color-scheme: dark)');
 
+// Calls `then` in the frame after an element changed its size: a change of the layout in the observer itself is an error.
+function whenResized(element, then) { new ResizeObserver(() => requestAnimationFrame(then)).observe(element); }
+
 function chooser(label, options, chosen, change) {
   const select = make('select', { pointerenter: () => named(), change: () => { named(); change(select.value); } });
-  // A list that is too narrow for its choice says all of it in its title, and when it is open.
+  // A list that is too narrow for its choice shows all of it in its title, and when it is open.
   const named = () => { select.title = select.selectedOptions.length > 0 ? select.selectedOptions[0].text : ''; };
   for (const option of options) {
     const [value, text] = Array.isArray(option) ? option : [option, option];
@@ -60,8 +63,8 @@ function chooser(label, options, chosen, change) {
   return { label: make('label', {}, label, select), select };
 }
 
-// Follows the pointer, and whoever has the focus: `says()` gives lines, or null. One for the page.
-const hint = make('div', { class: 'hint', role: 'tooltip', hidden: true });
+// A tooltip that follows the pointer and the focus: `says()` gives lines, or null. One for the page.
+const hint = make('div', { class: 'hint', role: 'tooltip', 'aria-live': 'polite', hidden: true });
 document.body.append(hint);
 function showHint(lines, x, y) {
   if (!lines || lines.length === 0) { hint.hidden = true; return; }
@@ -78,8 +81,9 @@ function hinted(element, says) {
   element.addEventListener('blur', () => showHint(null));
 }
 
-// columns: [{title, of(row), wide, show(value, row), bar}]; a press on a heading sorts by it: numbers down first. `press(row)` makes rows
-// choosable, `chosen(row)` says which is. Rows in which all columns with `zero` are 0 are folded.
+// columns: [{title, of(row), wide, show(value, row), bar}]; a press on a heading sorts by it, numbers in falling order first.
+// `press(row)` makes rows selectable: they are one stop of the Tab key, and arrow keys go between them. `chosen(row)` tells the selected
+// one. Rows in which all columns with `zero` are 0 are folded.
 function table(columns, rows, { press, chosen, sort = -1, up = true, limit = Infinity, label = 'Table' } = {}) {
   const body = make('tbody');
   const folds = columns.filter((column) => column.zero);
@@ -87,29 +91,39 @@ function table(columns, rows, { press, chosen, sort = -1, up = true, limit = Inf
   const full = rows.filter((row) => !nothing(row)), folded = rows.length - full.length;
   let all = false, order = full.slice();
   const most = columns.map((column) => (column.bar ? Math.max(1e-300, ...full.map((row) => column.of(row) || 0)) : 1));
+  const numbers = columns.map((column) => rows.slice(0, 20).some((row) => typeof column.of(row) === 'number'));
   const cell = (column, row, c) => {
-    const value = column.of(row), numeric = typeof value === 'number';
+    const value = column.of(row), numeric = typeof value === 'number' || (numbers[c] && !column.wide);
     const text = column.show ? column.show(value, row) : number(value);
     const made = make('td', { class: numeric ? 'number' : column.wide ? 'wide' : undefined }, text);
-    if (column.bar && numeric) made.style.backgroundImage = `linear-gradient(to left, var(--bar) ${(100 * value / most[c]).toFixed(1)}%, transparent 0)`;
+    if (column.bar && typeof value === 'number') made.style.backgroundImage = `linear-gradient(to left, var(--bar) ${(100 * value / most[c]).toFixed(1)}%, transparent 0)`;
     if (column.title_of) made.title = column.title_of(row);
     return made;
   };
+  // The row at which the Tab key stops.
+  const stopAt = (line) => { for (const other of body.children) other.tabIndex = other === line ? 0 : -1; };
   const show = () => {
     body.replaceChildren(...order.slice(0, all ? Infinity : limit).map((row) => {
       const line = make('tr', { class: chosen && chosen(row) ? 'chosen' : undefined }, ...columns.map((column, c) => cell(column, row, c)));
       if (press) {
-        line.tabIndex = 0;
-        const choose = () => { body.querySelectorAll('.chosen').forEach((other) => other.classList.remove('chosen')); line.classList.add('chosen'); press(row); };
+        line.tabIndex = -1;
+        const choose = () => { body.querySelectorAll('.chosen').forEach((other) => other.classList.remove('chosen')); line.classList.add('chosen'); stopAt(line); press(row); };
         line.addEventListener('click', choose);
-        line.addEventListener('keydown', (event) => { if (event.key === 'Enter' || event.key === ' ') { event.preventDefault(); choose(); } });
+        line.addEventListener('keydown', (event) => {
+          const to = { ArrowDown: line.nextElementSibling, ArrowUp: line.previousElementSibling, Home: body.firstElementChild, End: body.lastElementChild }[event.key];
+          if (event.target !== line || (to === undefined && event.key !== 'Enter' && event.key !== ' ')) return;
+          event.preventDefault();
+          if (to === undefined) choose();
+          else if (to) { stopAt(to); to.focus(); }
+        });
       }
       return line;
     }));
+    if (press) stopAt(body.querySelector('.chosen') || body.firstElementChild);
     const left = order.length - body.children.length;
     const notes = [];
     if (left > 0) notes.push(make('button', { type: 'button', click: () => { all = true; show(); } }, `${left} more row${left === 1 ? '' : 's'}`));
-    if (folded > 0) notes.push(all && left === 0 && order.length === rows.length ? '' : make('button', { type: 'button', click: () => { all = true; order = rows.slice(); sortBy(sort, up); show(); } }, `${folded} rows of zeros`));
+    if (folded > 0) notes.push(all && left === 0 && order.length === rows.length ? '' : make('button', { type: 'button', click: () => { all = true; order = rows.slice(); sortBy(sort, up); show(); } }, `${folded} row${folded === 1 ? '' : 's'} of zeros`));
     foot.replaceChildren(...(order.length === rows.length ? notes.slice(0, left > 0 ? 1 : 0) : notes));
     foot.hidden = foot.childNodes.length === 0;
   };
@@ -120,7 +134,7 @@ function table(columns, rows, { press, chosen, sort = -1, up = true, limit = Inf
     heads.forEach((head, h) => { if (h === index) head.setAttribute('aria-sort', ascending ? 'ascending' : 'descending'); else head.removeAttribute('aria-sort'); });
   };
   const heads = columns.map((column, index) => {
-    const numeric = rows.length > 0 && typeof column.of(rows[0]) === 'number';
+    const numeric = numbers[index];
     return make('th', { scope: 'col', class: numeric ? 'number' : undefined }, make('button', {
       type: 'button', title: column.help, click: () => { up = sort === index ? !up : !numeric; sort = index; sortBy(sort, up); show(); } }, column.title));
   });
@@ -130,7 +144,7 @@ function table(columns, rows, { press, chosen, sort = -1, up = true, limit = Inf
   return make('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': label }, make('table', {}, make('thead', {}, make('tr', {}, ...heads)), body), foot);
 }
 
-// Why one takes longer than another: a cause and its parts, as `tessera compare` says it.
+// Why one run takes longer than another: a cause and its parts, as in `tessera compare`.
 function causeList(cause) {
   const list = (parts) => make('ul', {}, ...parts.map((part) => make('li', {}, part.text, part.parts ? list(part.parts) : null)));
   return make('div', { class: 'why' }, make('p', { class: 'verdict' }, cause.text), cause.parts ? list(cause.parts) : null);

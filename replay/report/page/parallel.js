@@ -1,4 +1,4 @@
-// All points of a study at once: a line for each over its axes and some columns. A drag along a column keeps the points within.
+// All points of a study at once: a line for each point over its axes and some columns. A drag along a column keeps the points within.
 // The lines are on a canvas, which holds thousands of them; the columns are a drawing over it, and both are one stop of the Tab key.
 
 // Pieces of a name, of at most `room` letters where it has a place to break.
@@ -16,9 +16,9 @@ function parallelSection({ points, columns, varying }, press) {
   if (points.length < 2 || varying.length === 0) return;
   const liked = ['timing.cycles', 'energy.total_nj', 'dram.read_bytes + dram.written_bytes', 'binner.queue_bytes_peak', 'area.total_mm2', 'tilecore.pixel_shader_invocations'].filter((name) => columns.includes(name));
   const chosen = new Set(liked.length > 0 ? liked : columns.slice(0, 4));
-  const part = section('parallel', 'All points', 'A line is a point. Drag along a column to keep what lies within, press it to let go; a press on a line shows the point. By keys: up and down choose a line in the order of a column, left and right the column, Enter shows the point.');
+  const part = section('parallel', 'All points', 'A line is a point. Drag along a column to keep what lies within, press it to let go; a press on a line shows the point. By keys: up and down choose a line in the order of a column, left and right the column, Enter shows the point; the space bar keeps lines from the chosen one, pressed again up to the chosen one, and Delete lets go.');
   const canvas = make('canvas', { 'aria-hidden': 'true' }), ruler = draw('svg', { 'aria-hidden': 'true' });
-  const stage = make('div', { class: 'stage', tabindex: 0, role: 'application', 'aria-label': 'Parallel coordinates of all points. Up and down arrows choose a point, left and right arrows a column, Enter shows the point. The table of points has the same numbers.' }, canvas, ruler);
+  const stage = make('div', { class: 'stage', tabindex: 0, role: 'application', 'aria-label': 'Parallel coordinates of all points. Up and down arrows choose a point, left and right arrows a column, Enter shows the point, the space bar twice keeps a range of the column, Delete lets it go. The table of points has the same numbers.' }, canvas, ruler);
   const holder = make('div', { class: 'parallel' }, stage), kept = new Map();
   const picks = make('details', {}, make('summary', {}, 'Columns'), make('div', { class: 'picks' }, ...columns.map((name) => make('label', {}, make('input', { type: 'checkbox', checked: chosen.has(name), change: (event) => { if (event.target.checked) chosen.add(name); else chosen.delete(name); paint(); } }), name))));
   const count = make('p', { class: 'note', 'aria-live': 'polite' });
@@ -26,9 +26,9 @@ function parallelSection({ points, columns, varying }, press) {
   const firsts = new Map(valuesOfAxis(points, varying[0]).map((value, index) => [value, index]));
   const says = (point) => [`Point ${point.index}`, ...varying.map((key) => `${key} = ${point.axis[key]}`), ...[...chosen].map((name) => `${name}: ${number(point.mean[name])}`)];
 
-  // What is drawn: axes, the place of each point on each of them (NaN where it has none), whether all kept ranges hold it.
+  // The drawn data: axes, the place of each point on each of them (NaN where it has none), whether all kept ranges hold it.
   let shape = null;
-  // The line and the column that the keys are at; -1 before the first key.
+  // The line and the column of the keyboard's cursor; -1 before the first key.
   const at = { line: -1, axis: 0 };
 
   // Axes of a drawing: {name, place(point) in [0, 1], labels: [[at, text]]}.
@@ -61,7 +61,7 @@ function parallelSection({ points, columns, varying }, press) {
     canvas.style.height = `${height}px`;
     pen.scale(dense, dense);
     const trace = (p) => { pen.beginPath(); all.forEach((_, k) => { if (!Number.isNaN(places[k][p])) pen.lineTo(x(k), y(places[k][p])); }); pen.stroke(); };
-    // Many lines are thin and let others through, so that they show where they are dense.
+    // Many lines are thin and translucent, so that dense places show.
     const inside = within.filter(Boolean).length, alpha = Math.max(0.12, 0.75 / Math.sqrt(Math.max(1, inside / 300)));
     pen.lineWidth = inside > 1000 ? 1 : 1.6;
     for (const kind of [false, true]) {
@@ -141,11 +141,23 @@ function parallelSection({ points, columns, varying }, press) {
     showHint(says(points[at.line]), box.left + shape.x(at.axis), box.top + shape.y(places[at.line]));
     count.textContent = `${shape.all[at.axis].name}: line ${order.indexOf(at.line) + 1} of ${order.length}. ${says(points[at.line]).join(', ')}`;
   }
-  const keys = { ArrowUp: () => move(1, 0), ArrowDown: () => move(-1, 0), ArrowRight: () => move(0, 1), ArrowLeft: () => move(0, -1), Home: () => move(-Infinity, 0), End: () => move(Infinity, 0), Enter: () => { if (at.line >= 0) press({ index: points[at.line].index }); } };
+  // The space bar marks one end of a range of the column at the chosen line; pressed again, the other end.
+  let end = null;
+  function keep() {
+    if (at.line < 0) return;
+    const { name } = shape.all[at.axis], place = shape.places[at.axis][at.line];
+    if (Number.isNaN(place)) return;
+    if (!end || end.name !== name) { end = { name, place }; count.textContent = `${name}: one end of a range; the space bar at another line keeps all between.`; return; }
+    kept.set(name, [Math.min(end.place, place), Math.max(end.place, place)]);
+    end = null;
+    paint();
+  }
+  function letGo() { end = null; kept.delete(shape.all[at.axis].name); paint(); }
+  const keys = { ' ': keep, Delete: letGo, Backspace: letGo, ArrowUp: () => move(1, 0), ArrowDown: () => move(-1, 0), ArrowRight: () => move(0, 1), ArrowLeft: () => move(0, -1), Home: () => move(-Infinity, 0), End: () => move(Infinity, 0), Enter: () => { if (at.line >= 0) press({ index: points[at.line].index }); } };
   stage.addEventListener('keydown', (event) => { if (keys[event.key]) { event.preventDefault(); keys[event.key](); } });
   stage.addEventListener('blur', () => showHint(null));
 
   paint();
   darkness.addEventListener('change', paintLines);
-  new ResizeObserver(() => { if (Math.abs(part.clientWidth - paint.wide) > 4) paint(); }).observe(part);
+  whenResized(part, () => { if (Math.abs(part.clientWidth - paint.wide) > 4) paint(); });
 }

@@ -1,16 +1,16 @@
 // The passes of a frame: a graph with the bytes that they write into images and read from them, and a table.
 
-// What a pass leaves for another, or for the screen; all else that it moves is its own.
+// Purposes of the bytes that a pass leaves for another pass, or for the screen; all its other bytes are its own.
 const kPassImages = ['shadow_map', 'scene_color', 'attachment', 'frame_buffer', 'history', 'coarse_depth'];
 const passBytes = (pass, way, purpose) => (pass.dram || []).filter((row) => !purpose || row.purpose === purpose).reduce((sum, row) => sum + row[way], 0);
 
 function passSection() {
   if (!runs().some((of) => of.stats.frames.some((frame) => (frame.passes || []).length > 1))) return;
-  const part = section('passes', 'Passes', 'From the top in the order in which they begin. An arrow to an image: bytes that the pass writes into it; from an image: bytes that the pass reads. What a pass reads of the scene and of its own lists is in the table.');
+  const part = section('passes', 'Passes', 'Passes stand in the order in which they begin, from the top. An arrow to an image has the bytes that the pass writes into it, an arrow from an image the bytes that the pass reads. The table also has the bytes that a pass reads from the scene and from its own lists.');
   const holder = make('div');
   part.append(holder);
   const entry = follow(part, ['run', 'frame'], () => paint());
-  new ResizeObserver(() => requestAnimationFrame(paint)).observe(part);
+  whenResized(part, paint);
   let drawn = '';
   function paint() {
     const frame = frameOf(), passes = frame.passes || [], key = [shown.run, shown.frame, part.clientWidth].join();
@@ -48,7 +48,7 @@ function passGraph(passes, wide) {
   return make('div', { class: 'graph-holder' }, svg, make('p', { class: 'note' }, 'Solid: written. Dashed: read.'));
 }
 
-// When passes of a frame began and ended, and what they moved.
+// Begin and end of the passes of a frame, and their bytes.
 function passTable(frame) {
   const passes = frame.passes, times = (frame.timing || {}).passes || [], when = (row, end) => milliseconds((times[passes.indexOf(row)] || {})[end] || 0);
   const purposes = [...new Set(passes.flatMap((pass) => pass.dram.map((row) => row.purpose)))].filter((purpose) => passes.some((pass) => passBytes(pass, 'read_bytes', purpose) + passBytes(pass, 'written_bytes', purpose) > 0));

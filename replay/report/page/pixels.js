@@ -1,4 +1,4 @@
-// Pixels: what each of them shows, from the runs of tiles_NNNN.json (replay/pixel_history.h), unpacked when one is asked for.
+// Pixels: the surfaces of each pixel, from the runs of tiles_NNNN.json (replay/pixel_history.h), unpacked on demand.
 
 // Finds the value at a place in runs of values.
 function runFinder({ lengths, values }) {
@@ -52,7 +52,7 @@ function unpackPixels(pixels) {
 // An image of the pixels that are `within`: all others dark, or the outline alone.
 function pixelShape({ region: [, , width, height] }, within, dark) {
   const canvas = make('canvas', { width, height }), pen = canvas.getContext('2d'), image = pen.createImageData(width, height), out = new Uint32Array(image.data.buffer);
-  const kDark = 0x80000000, kLight = 0xffffffff;  // bytes are alpha, blue, green, red
+  const kDark = 0xb8000000, kLight = 0xffffffff;  // bytes are alpha, blue, green, red
   for (let y = 0, at = 0; y < height; ++y)
     for (let x = 0; x < width; ++x, ++at) {
       if (dark) { if (!within[at]) out[at] = kDark; continue; }
@@ -63,7 +63,7 @@ function pixelShape({ region: [, , width, height] }, within, dark) {
   return canvas;
 }
 
-// What is said of the pixel that is pinned.
+// Texts about the pinned pixel.
 function pinnedPixel(tiles) {
   const pixels = pixelsOf(tiles);
   if (!pixels || !shown.pixel || !pixels.has(...shown.pixel)) return [];

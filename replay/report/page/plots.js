@@ -40,12 +40,13 @@ function plotTheme() {
 const kManyMarks = 1000;
 const drawn = [];
 
-// Draws `spec()` into `holder` over its whole width; again when that changes, and when the page changes between dark and light. `says` is
-// what a reader who cannot see it gets; `press(datum)` is called for a press on a mark.
+// Draws `spec()` into `holder` over its whole width; again when that changes, and when the page changes between dark and light. Screen
+// readers read `says`; `press(datum)` is called for a press on a mark. A plot whose spec has `spot(row)`, the fields of a mark's place
+// on the x and y scales, and `text(row)` is walked by arrow keys; Enter presses the mark.
 function plot(holder, says, spec, press) {
   const place = make('div', { class: 'plot', role: 'img', 'aria-label': says, tabindex: 0 });
   holder.append(place);
-  const entry = { draw: null };
+  const entry = { draw: null }, keys = markKeys(place, () => view, press);
   let view = null, wide = 0;
   entry.draw = () => {
     if (view) view.finalize();
@@ -55,13 +56,14 @@ function plot(holder, says, spec, press) {
     place.style.display = made ? '' : 'none';
     if (!made) return Promise.resolve();
     wide = place.clientWidth;
+    keys.reset(made);
     const width = Math.max(280, Math.min((made.most || Infinity) * textSize() / 12, wide || 900));
     const { View, parse } = vega();
-    view = new View(parse({ $schema: 'https://vega.github.io/schema/vega/v5.json', padding: 5, autosize: { type: 'fit', contains: 'padding' }, ...made, most: undefined, many: undefined, height: made.height * textSize() / 12, width }, plotTheme()), { renderer: made.many ? 'canvas' : 'svg', container: place, hover: true });
+    view = new View(parse({ $schema: 'https://vega.github.io/schema/vega/v5.json', padding: 5, autosize: { type: 'fit', contains: 'padding' }, ...made, most: undefined, many: undefined, spot: undefined, text: undefined, height: made.height * textSize() / 12, width }, plotTheme()), { renderer: made.many ? 'canvas' : 'svg', container: place, hover: true });
     if (press) view.addEventListener('click', (event, item) => { if (item && item.datum) press(item.datum); });
-    // Vega gives the place a role and a name of its own, and none to what it draws.
-    place.setAttribute('role', 'img');
-    place.setAttribute('aria-label', says);
+    // Vega gives the place a role and a name of its own, and none to its drawing.
+    place.setAttribute('role', made.spot ? 'application' : 'img');
+    place.setAttribute('aria-label', made.spot ? `${says}. Arrow keys go from mark to mark${press ? ', Enter shows one' : ''}.` : says);
     return view.runAsync().then(() => place.querySelectorAll('svg, canvas').forEach((drawing) => drawing.setAttribute('aria-hidden', 'true')));
   };
   entry.signal = (name, value) => { if (view && view.getState().signals[name] !== undefined) view.signal(name, value).runAsync(); };
@@ -69,13 +71,36 @@ function plot(holder, says, spec, press) {
   entry.place = place;
   drawn.push(entry);
   entry.ready = entry.draw();
-  new ResizeObserver(() => { if (view && Math.abs(place.clientWidth - wide) > 4) entry.draw(); }).observe(place);
+  whenResized(place, () => { if (view && Math.abs(place.clientWidth - wide) > 4) entry.draw(); });
   return entry;
 }
 darkness.addEventListener('change', () => drawn.forEach((entry) => entry.draw()));
 
-// The legend of series and the height that a plot needs for it: beside the plot on a wide screen, below it on a narrow one. More series
-// than it could tell apart have none: points say what they are.
+// The keys of a plot: arrows go through its marks from left to right and from top to bottom, a ring shows the mark, and the hint says it.
+function markKeys(place, viewOf, press) {
+  const ring = make('i', { class: 'ring', 'aria-hidden': 'true', hidden: true });
+  let spec = null, marks = null, at = -1;
+  const middle = (name, value) => { const scale = viewOf().scale(name); return scale(value) + (scale.bandwidth ? scale.bandwidth() / 2 : 0); };
+  const spotOf = (row) => { const [x, y] = spec.spot(row); return [middle('x', x), middle('y', y)]; };
+  function go(to) {
+    if (!marks) marks = viewOf().data('rows').map((row) => ({ row, spot: spotOf(row) })).filter(({ spot }) => spot.every(Number.isFinite)).sort((a, b) => a.spot[0] - b.spot[0] || a.spot[1] - b.spot[1]);
+    if (marks.length === 0) return;
+    at = Math.max(0, Math.min(marks.length - 1, to));
+    const { row, spot } = marks[at], drawing = place.querySelector('svg, canvas').getBoundingClientRect(), box = place.getBoundingClientRect(), pad = viewOf().padding(), [left, top] = viewOf().origin().map((at, k) => at + (k === 0 ? pad.left : pad.top));
+    ring.hidden = false;
+    ring.style.left = `${drawing.left - box.left + place.scrollLeft + left + spot[0]}px`;
+    ring.style.top = `${drawing.top - box.top + top + spot[1]}px`;
+    place.append(ring);
+    showHint([spec.text(row), `${at + 1} of ${marks.length}`], drawing.left + left + spot[0], drawing.top + top + spot[1]);
+  }
+  const steps = { ArrowRight: () => go(at + 1), ArrowDown: () => go(at + 1), ArrowLeft: () => go(at - 1), ArrowUp: () => go(at - 1), Home: () => go(0), End: () => go(Infinity), Enter: () => { if (press && at >= 0) press(marks[at].row); } };
+  place.addEventListener('keydown', (event) => { if (spec && viewOf() && steps[event.key]) { event.preventDefault(); steps[event.key](); } });
+  place.addEventListener('blur', () => { ring.hidden = true; showHint(null); });
+  return { reset: (made) => { spec = made.spot ? made : null; marks = null; at = -1; ring.hidden = true; } };
+}
+
+// The legend of series and the height that a plot needs for it: beside the plot on a wide screen, below it on a narrow one. With more
+// series than it could distinguish there is no legend: tooltips name the points.
 const kMaxSeries = 24;
 function legendOf(names, channel, title, height, more = {}) {
   if (!title || names.length > kMaxSeries) return { legends: [], height };
@@ -86,7 +111,7 @@ function legendOf(names, channel, title, height, more = {}) {
 const namesOfSeries = (rows, titles) => titles.order || [...new Set(rows.map((row) => row.series))];
 
 const tickLabels = { labels: { update: { text: { signal: 'tick(datum.value)' } } } };
-// Rows with `field` in the step of the largest, and the axis's title.
+// Rows with `field` in the unit step of the largest value, and the axis's title.
 function scaledRows(rows, field, title, unit) {
   const [step, name] = axisScale(Math.max(0, ...rows.map((row) => Math.abs(row[field]))), unit);
   return { rows: rows.map((row) => ({ ...row, [`raw_${field}`]: row[field], [field]: row[field] / step })), title: title === unit ? name : name ? `${title}, ${name}` : title, step };
@@ -105,6 +130,7 @@ function stackedBars(rows, titles) {
   return {
     height: Math.max(titles.height || 240, document.documentElement.clientWidth > 900 ? parts.length * 15 + 40 : 0),
     most: places < 6 ? Math.max(420, 260 + places * 90) : undefined,
+    spot: (row) => [row.at, (row.y0 + row.y1) / 2], text: (row) => `${titles.x} ${row.at}: ${row.name} ${quantity(row.raw, titles.unit || '', 4)}`,
     signals: [{ name: 'mark', value: titles.mark ?? null }],
     data: [{ name: 'rows', values, transform: [{ type: 'stack', groupby: ['at'], sort: { field: 'order' }, field: 'value' }] }],
     scales: [
@@ -126,13 +152,14 @@ function stackedBars(rows, titles) {
   };
 }
 
-// Lines with marks: rows {x, y, series, says}. Places along x are those that occur, evenly spaced, when they are not numbers or `even`.
+// Lines with marks: rows {x, y, series, says}. Places along x are evenly spaced, one for each value that occurs, when they are no numbers
+// or `even`.
 function lines(rows, titles) {
   if (rows.length === 0) return null;
   const even = titles.even || rows.some((row) => typeof row.x !== 'number');
   const scaled = scaledRows(rows, 'y', titles.y, titles.unit || unitOfColumn(titles.y));
   return {
-    ...legendOf(namesOfSeries(rows, titles), 'stroke', titles.series, 280, { symbolType: 'stroke', symbolStrokeWidth: 3 }), most: 1100,
+    ...legendOf(namesOfSeries(rows, titles), 'stroke', titles.series, 280, { symbolType: 'stroke', symbolStrokeWidth: 3 }), most: 1100, spot: (row) => [row.x, row.y], text: (row) => row.says,
     data: [{ name: 'rows', values: scaled.rows }],
     scales: [
       even ? { name: 'x', type: 'point', domain: { data: 'rows', field: 'x' }, range: 'width', padding: 0.5 } : { name: 'x', type: 'linear', domain: { data: 'rows', field: 'x' }, range: 'width', zero: false, nice: true },
@@ -146,7 +173,7 @@ function lines(rows, titles) {
   };
 }
 
-// Points with the front of those that no other beats in both directions (less is better): rows {x, y, series, says, front}.
+// Points with the front, which no other point beats in both directions (less is better): rows {x, y, series, says, front}.
 function scatter(rows, titles) {
   if (rows.length === 0) return null;
   const across = scaledRows(rows, 'x', titles.x, unitOfColumn(titles.x)), up = scaledRows(across.rows, 'y', titles.y, unitOfColumn(titles.y));
@@ -154,7 +181,7 @@ function scatter(rows, titles) {
   const limits = (titles.limits || []).map((limit) => ({ ...limit, x: limit.x === undefined ? null : limit.x / across.step, y: limit.y === undefined ? null : limit.y / up.step }));
   const scale = (name, field, range) => ({ name, type: titles.log ? 'log' : 'linear', domain: { fields: [{ data: 'rows', field }, { data: 'limits', field }] }, range, nice: true, zero: false });
   return {
-    ...legendOf(namesOfSeries(rows, titles), 'fill', titles.series, 380), most: 1100, many: rows.length > kManyMarks,
+    ...legendOf(namesOfSeries(rows, titles), 'fill', titles.series, 380), most: 1100, many: rows.length > kManyMarks, spot: (row) => [row.x, row.y], text: (row) => row.says,
     data: [{ name: 'rows', values: up.rows }, { name: 'limits', values: limits }, { name: 'front', source: 'rows', transform: [{ type: 'filter', expr: 'datum.front' }, { type: 'collect', sort: { field: 'x' } }] }],
     scales: [scale('x', 'x', 'width'), scale('y', 'y', 'height'), { name: 'color', type: 'ordinal', domain: titles.order || { data: 'rows', field: 'series' }, range: titles.order ? titles.order.map(seriesColor) : 'category' }],
     axes: [{ orient: 'left', scale: 'y', grid: true, title: up.title, tickCount: 6, encode: tickLabels }, { orient: 'bottom', scale: 'x', grid: true, title: across.title, tickCount: 8, encode: tickLabels }],
@@ -173,7 +200,7 @@ function bars(rows, titles) {
   if (rows.length === 0) return null;
   const scaled = scaledRows(rows, 'value', titles.x, titles.unit);
   return {
-    height: rows.length * 24 + 44, most: 900,
+    height: rows.length * 24 + 44, most: 900, spot: (row) => [row.value, row.at], text: (row) => `${row.at}: ${row.says}`,
     data: [{ name: 'rows', values: scaled.rows }],
     scales: [
       { name: 'y', type: 'band', domain: { data: 'rows', field: 'at' }, range: 'height', padding: 0.2 },

@@ -16,7 +16,7 @@ function replayReport() {
     () => followedConfiguration()];
 }
 
-// That of the run that is shown.
+// The data of the shown run.
 function followedConfiguration() {
   const part = configurationSection([]), heading = part.firstChild;
   const entry = follow(part, ['run'], () => part.replaceChildren(heading, ...configurationParts([['Capture', run().stats.capture], ['Settings', run().stats.settings], ['Described machine', run().stats.gpu]])));

@@ -1,5 +1,5 @@
-// Counters over time: what each tile counted, spread over the phase in which it counts it, where the clock placed that phase; what the
-// front end and the binner counted, over their spans.
+// Counters over time. The counts of each tile are spread over their phase, at its simulated time; the counts of the front end and the
+// binner are spread over their spans.
 
 const kShadingCounts = ['pixel_shader_invocations', 'desampled_blocks', 'foveated_blocks', 'dram.texture', 'dram.attributes', 'dram.scene_color', 'dram.shadow_map'], kStoreCounts = ['advected_pixels', 'dram.frame_buffer', 'dram.history'];
 const phaseOfCount = (name) => (kShadingCounts.includes(name) ? 4 : kStoreCounts.includes(name) ? 7 : 1);  // of timeline.spans

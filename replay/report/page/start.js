@@ -1,4 +1,4 @@
-// Last of all: which report this is. Another kind of folder adds its function here; what it returns is done after the first screen.
+// Loaded last: chooses the kind of report. Another kind of folder adds its function here; its result is awaited after the first screen.
 const kReports = { replay: replayReport, sweep: sweepReport, tradeoff: tradeoffReport, view: () => viewReport() };
 
 function afterPaint() { return new Promise((resolve) => { setTimeout(resolve, 0); }); }
@@ -9,11 +9,13 @@ async function start() {
   document.getElementById('subtitle').textContent = data.subtitle;
   const rest = kReports[data.kind]() || [];
   document.body.dataset.first = String(Math.round(performance.now()));
+  await complete;
+  sections.forEach((entry) => { entry.stale = true; });
   for (const step of rest) {
     await afterPaint();
     step();
   }
-  // All of it is there to be searched, printed and read aloud; from then on sections follow when they are seen.
+  // All sections are drawn once, to be searched, printed and read aloud; from then on each is redrawn when it is visible.
   for (const entry of sections) {
     await afterPaint();
     repaint(entry);

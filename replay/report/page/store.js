@@ -1,11 +1,11 @@
-// What is shown of a replay, and who follows it. Sections draw themselves again when what they hang on changes: at once where
-// they can be seen, else when they come into view.
+// The page's state about a replay, and the sections that follow it. Sections draw themselves again when a member on which they depend
+// changes: at once if they are visible, else when they come into view.
 
 const shown = { run: 0, frame: 0, other: null, map: '', tile: -1, pixel: null, row: -1, material: '', target: 60 };
 const sections = [];
 
-// `paint()` draws into the section what is shown now; `on`: what it hangs on, of the members of `shown` ('other' is what it is
-// compared with: {run, frame}).
+// `paint()` draws the present state into the section; `on`: the members of `shown` on which it depends ('other' is the compared run and
+// frame: {run, frame}).
 function follow(part, on, paint) {
   const entry = { part, on, paint, stale: true, seen: false };
   sections.push(entry);
@@ -24,7 +24,7 @@ function repaint(entry) {
   entry.stale = false;
   entry.paint();
 }
-// Everything, seen or not: for print, for those who read the whole document, and when the page is complete.
+// Repaints every section, visible or not: for print, for readers of the whole document, and when the page is complete.
 function repaintAll() { sections.forEach(repaint); }
 window.addEventListener('beforeprint', repaintAll);
 
@@ -48,7 +48,7 @@ const milliseconds = (cycles, at = shown) => cycles / clockOf(at) * 1e-3;
 const otherFrame = () => (shown.other ? frameOf(shown.other) : null);
 const nameOf = (at) => `${data.runs.length > 1 ? run(at).label + ', ' : ''}frame ${frameOf(at).frame}`;
 
-// ---- Tiles and images, unpacked when they are looked at
+// ---- Tiles and images, unpacked on demand
 
 async function viewOf(at = shown) {
   const place = run(at).views[at.frame];
@@ -66,7 +66,7 @@ function imageAddress(at = shown) {
   return place ? addressOf(place) : '';
 }
 
-// Maps, their meanings and scales as far as views that came later have them.
+// Extends maps, their meanings and scales by later views.
 function learnMaps(views) {
   data.maps = data.maps || {};
   data.scales = data.scales || {};
@@ -85,8 +85,8 @@ function learnMaps(views) {
   }
 }
 
-// New statistics of the same capture, as stats.json has them, from whoever serves this page: all sections follow. `views`: as
-// data.runs[].views, images then are addresses and tiles objects, as tiles_NNNN.json has them.
+// Takes new statistics of the same capture, in the form of stats.json, from the program that serves this page: all sections follow.
+// `views`: as data.runs[].views, but with addresses as images and objects in the form of tiles_NNNN.json as tiles.
 function update(stats, views) {
   const of = data.runs[shown.run];
   of.stats = stats;

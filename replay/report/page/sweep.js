@@ -15,15 +15,15 @@ function sweepReport() {
       for (const row of point.frames) if (typeof row[column] === 'number') { sum += row[column]; ++count; }
       if (count > 0) point.mean[name] = sum / count;
     }
-  // Reads and writes together, which the columns have apart.
+  // The sum of reads and writes, which have separate columns.
   const kBoth = 'dram.read_bytes + dram.written_bytes';
   if (known.includes('dram.read_bytes') && known.includes('dram.written_bytes')) {
     for (const point of done) point.mean[kBoth] = point.mean['dram.read_bytes'] + point.mean['dram.written_bytes'];
     known.push(kBoth);
   }
-  // What is the same at every point is said once, and offered nowhere.
+  // A value that is the same at every point is stated once, and is no choice of the plots.
   const changing = known.filter((name) => done.some((point) => point.mean[name] !== done[0].mean[name])), moving = new Set(changing);
-  // Columns that the goal names stay, whatever they are.
+  // Columns that the goal names always stay.
   const wished = sweep.goal ? goalColumns(sweep.goal) : [], stays = (name) => moving.has(name) || wished.includes(name);
   const columns = changing.length > 0 ? known.filter(stays) : known, constant = changing.length > 0 ? known.filter((name) => !stays(name)) : [];
   const varying = axes.filter((key) => new Set(points.map((point) => JSON.stringify(point.axis[key]))).size > 1);
@@ -55,22 +55,41 @@ function sweepReport() {
     () => { if (data.views.length > 0) browser = sweepImages(); },
     () => section('points', 'Points').append(table([{ title: 'point', of: (row) => row[0] }, ...varying.map((key) => ({ title: key, of: (row) => points[row[0]].axis[key] })), { title: 'frame', of: (row) => (row[1] === null ? '' : row[1]) }, { title: 'status', of: (row) => row[2] },
       ...columns.filter((name) => name in columnIndex).map((name) => ({ title: name, of: (row) => (row[columnIndex[name]] === null ? '' : row[columnIndex[name]]) }))], sweep.rows, { press: (row) => press({ index: row[0] }), limit: 200 })),
-    () => configurationSection([['Study', { title: sweep.title, captures: sweep.captures, frames: sweep.frames || 'those of the captures', fixed: sweep.settings }], ['Settings of the first point', sweep.first_point.settings], ['Machine of the first point', sweep.first_point.gpu]])];
+    () => configurationSection([['Study', { title: sweep.title, captures: sweep.captures, frames: sweep.frames || 'as in the captures', fixed: sweep.settings }], ['Settings of the first point', sweep.first_point.settings], ['Machine of the first point', sweep.first_point.gpu]])];
 }
 
-// The column that a goal is best by, then those that it has limits for.
+// The column of the goal's objective, then the columns with limits.
 const goalColumns = (goal) => [goal.minimise || goal.maximise, ...Object.keys(goal.subject_to || {})];
 const limitWords = (limit, name) => [limit.at_least === undefined ? '' : `at least ${columnText(name, limit.at_least)}`, limit.at_most === undefined ? '' : `at most ${columnText(name, limit.at_most)}`].filter(Boolean).join(' and ');
 
-// Who wins by the goal, candidates from the best on, those that others beat folded away, and the objective against the first limit.
+// The winner by the goal, candidates from the best on with beaten ones folded away, and the objective against the first limit.
 function goalSection({ goal, says, varying }, points, press) {
   const part = section('goal', 'The goal'), columns = goalColumns(goal), limits = Object.entries(goal.subject_to || {}), ranking = data.sweep.ranking || [];
   if (ranking.length === 0) return;
-  const best = points[ranking[0].point], aim = `${goal.maximise ? 'most' : 'least'} ${columns[0]}`;
+  const best = points[ranking[0].point], front = unbeaten(ranking, (row) => goalPlace(goal, points[row.point])), aim = `${goal.maximise ? 'most' : 'least'} ${columns[0]}`;
   part.append(make('p', { class: 'verdict' }, make('b', { class: ranking[0].meets ? 'good' : 'bad' }, ranking[0].meets ? `Best: ${says(best)}` : `None meets the limits; nearest: ${says(best)}`), `, ${columns.map((name) => `${name} ${columnText(name, best.mean[name])}`).join(', ')}.`),
     make('p', { class: 'note' }, `Wanted: the ${aim}${limits.length > 0 ? ' with ' + limits.map(([name, limit]) => `${name} ${limitWords(limit, name)}`).join(', ') : ''}. ${ranking.filter((row) => row.meets).length} of ${ranking.length} candidates meet the limits in every frame.`));
-  part.append(table([...varying.map((key) => ({ title: key, of: (row) => points[row.point].axis[key] })), ...columns.map((name) => ({ title: name, of: (row) => points[row.point].mean[name], show: (value) => columnText(name, value) })), { title: 'limits', of: (row) => (row.meets ? 'met' : 'missed') }], ranking,
-    { press: (row) => press({ index: row.point }), chosen: (row) => row === ranking[0], limit: 12, label: 'Candidates, the best first' }));
+  const candidates = (rows, more) => table([...varying.map((key) => ({ title: key, of: (row) => points[row.point].axis[key] })), ...columns.map((name) => ({ title: name, of: (row) => points[row.point].mean[name], show: (value) => columnText(name, value) })), { title: 'limits', of: (row) => (row.meets ? 'met' : 'missed') }], rows,
+    { press: (row) => press({ index: row.point }), chosen: (row) => row === ranking[0], limit: 12, ...more });
+  const beaten = ranking.slice(1).filter((row) => !front.has(row));
+  part.append(candidates(ranking.filter((row, k) => k === 0 || front.has(row)), { label: 'Candidates that no other beats, the best first' }));
+  if (beaten.length > 0) part.append(make('details', {}, make('summary', {}, `${beaten.length} candidates that another beats in all of these columns`), candidates(beaten, { label: 'Candidates that another beats' })));
+}
+
+// The goal's columns of a point, each so that less is better.
+function goalPlace(goal, point) {
+  return goalColumns(goal).map((name, k) => {
+    const limit = (goal.subject_to || {})[name], more = k === 0 ? goal.maximise !== undefined : limit.at_least !== undefined && limit.at_most === undefined;
+    return (more ? -1 : 1) * (point.mean[name] ?? Infinity);
+  });
+}
+
+// The rows that no other beats: none is at least as good in all of `place(row)`, less being better, and better in one. Rows that were
+// not beaten are kept in a list, so that thousands of rows take few comparisons.
+function unbeaten(rows, place) {
+  const sorted = rows.map((row) => ({ row, at: place(row) })).sort((a, b) => a.at.reduce((sum, value, k) => sum || Math.sign(value - b.at[k]) || 0, 0)), front = [];
+  for (const one of sorted) if (!front.some((other) => other.at.every((value, k) => value <= one.at[k]) && other.at.some((value, k) => value < one.at[k]))) front.push(one);
+  return new Set(front.map((one) => one.row));
 }
 
 // Whether an axis changes no column: points that differ in it alone are alike.
@@ -83,7 +102,7 @@ function withoutEffect(points, varying, key, columns) {
   }) && first.size < points.length;
 }
 
-// Marks the rows that no other beats in both x and y, of those that meet the goal's limits.
+// Marks the rows on the front of x and y, among the rows that meet the goal's limits.
 function markFront(rows) {
   let last = { x: NaN, y: Infinity };
   for (const row of rows.filter((one) => one.meets !== false).sort((a, b) => a.x - b.x || a.y - b.y)) {
@@ -100,16 +119,25 @@ function paretoSection({ points, columns, varying, says, prefer, goal, meets }, 
   const wished = goal ? goalColumns(goal) : [];
   const state = { x: wantedOf('pareto.across', columns, prefer('timing.time_ms', ...wished.slice(1), 'timing.cycles', 'binner.queue_bytes_peak')), y: wantedOf('pareto.up', columns, prefer(...wished.slice(0, 1), 'energy.total_nj', 'dram.read_bytes + dram.written_bytes', 'dram.read_bytes')),
     series: wantedOf('pareto.colour', varying, varying[0] || 'capture'), log: wanted.get('pareto.log') === 'on' };
-  if (state.x === state.y && columns.length > 1) state.y = columns.find((name) => name !== state.x);
+  // Two columns, not one twice: the goal's next, or what else is asked most.
+  if (state.x === state.y && columns.length > 1) state.y = [...wished, 'energy.total_nj', 'dram.read_bytes', ...columns].find((name) => name !== state.x && columns.includes(name));
   const draw = (key) => (value) => { state[key] = value; shown.draw(); };
   const log = make('input', { type: 'checkbox', checked: state.log, change: () => { state.log = log.checked; shown.draw(); } });
   part.append(make('div', { class: 'controls' }, chooser('Across', columns, state.x, draw('x')).label, chooser('Up', columns, state.y, draw('y')).label,
     chooser('Colour', varying.length > 0 ? varying : ['capture'], state.series, draw('series')).label, make('label', {}, log, 'logarithmic')));
   const rows = () => markFront(points.filter((point) => point.mean[state.x] !== undefined && point.mean[state.y] !== undefined && (!state.log || (point.mean[state.x] > 0 && point.mean[state.y] > 0)))
     .map((point) => ({ index: point.index, meets: meets.get(point.index) !== false, x: point.mean[state.x], y: point.mean[state.y], series: String(point.axis[state.series]), says: `${says(point)}: ${number(point.mean[state.x])}, ${number(point.mean[state.y])}` })));
-  const shown = plot(part, 'Points of the study, one column against another', () => scatter(rows(), { x: state.x, y: state.y, series: state.series, log: state.log, order: valuesOfAxis(points, state.series), limits: limitsOf(state.x, 'x').concat(limitsOf(state.y, 'y')) }), press);
+  const onFront = make('div');
+  const shown = plot(part, 'Points of the study, one column against another', () => scatter(listed(), { x: state.x, y: state.y, series: state.series, log: state.log, order: valuesOfAxis(points, state.series), limits: limitsOf(state.x, 'x').concat(limitsOf(state.y, 'y')) }), press);
   function limitsOf(name, axis) { const limit = goal && (goal.subject_to || {})[name]; return limit ? [limit.at_least, limit.at_most].filter((value) => value !== undefined).map((value) => ({ [axis]: value, says: `${name} ${limitWords(limit, name)}` })) : []; }
-  part.append(detail);
+  // The points of the line as a table; the beaten ones are in the table of all points.
+  function listed() {
+    const all = rows(), front = all.filter((row) => row.front).sort((a, b) => a.x - b.x);
+    onFront.replaceChildren(make('p', { class: 'note' }, `${front.length} of ${all.length} points ${front.length === 1 ? 'is' : 'are'} on the line; they beat the rest.`), table([...varying.map((key) => ({ title: key, of: (row) => points.find((point) => point.index === row.index).axis[key] })),
+      { title: state.x, of: (row) => row.x, show: (value) => columnText(state.x, value) }, { title: state.y, of: (row) => row.y, show: (value) => columnText(state.y, value) }], front, { press, limit: 8, label: 'Points on the line' }));
+    return all;
+  }
+  part.append(onFront, detail);
 }
 
 function curveSection({ points, columns, varying, prefer }) {
@@ -141,8 +169,8 @@ function curveSection({ points, columns, varying, prefer }) {
     const [baseline, , ...counter] = state.y.split('.');
     return baseline === 'baseline' ? schemes.map((scheme) => [scheme, ['baseline', scheme, ...counter].join('.')]) : [[state.y, state.y]];
   };
-  // A mean is over the same points at every place of a line, or it says something of the points instead: combinations of the other axes
-  // that are not there along the whole line are left out.
+  // A mean is over the same points at every place of a line; otherwise it would depend on the choice of points. So combinations of the
+  // other axes that are missing somewhere along the line are left out.
   const others = () => varying.filter((key) => key !== state.x && (state.series === 'scheme' || key !== state.series));
   const slice = (point) => JSON.stringify(others().filter((key) => !moveTogether(points, key, state.x)).map((key) => point.axis[key]));
   function complete() {
@@ -150,7 +178,7 @@ function curveSection({ points, columns, varying, prefer }) {
     for (const point of points) { const key = slice(point) + (state.series === 'scheme' ? '' : point.axis[state.series]); seen.set(key, (seen.get(key) || new Set()).add(String(point.axis[state.x]))); }
     return state.series === state.x ? null : new Set([...seen].filter(([, at]) => at.size === places.size).map(([key]) => key));
   }
-  const partial = make('p', { class: 'note', hidden: true }, 'No combination of the other axes is there along the whole line, as a search leaves them: the line is drawn through what is there. Hold an axis to compare like with like.');
+  const partial = make('p', { class: 'note', hidden: true }, 'A search left no combination of the other axes complete along the line, so each of its places is a mean over other points. Hold an axis to compare like with like.');
   part.append(partial);
   const rows = () => {
     const groups = new Map(), whole = complete(), used = whole && whole.size > 0 ? whole : null;
@@ -174,7 +202,7 @@ function curveSection({ points, columns, varying, prefer }) {
   const shown = plot(part, 'A column of the study along one of its axes', () => lines(rows(), { x: state.x, y: state.series === 'scheme' ? state.y.replace(/^baseline\.[^.]*/, 'baseline.*') : state.y, series: state.series, log: state.log, even: true, order: state.series === 'scheme' || state.series === state.x ? undefined : valuesOfAxis(points, state.series) }));
 }
 
-// Values of an axis as texts: numbers in their order, as searches and samples meet them in none, others as they come.
+// Values of an axis as texts: numbers in their order, because searches and samples meet them in none, others as they come.
 function valuesOfAxis(points, key) {
   const values = [...new Set(points.map((point) => point.axis[key]))];
   if (values.every((value) => typeof value === 'number')) values.sort((a, b) => a - b);

@@ -1,6 +1,6 @@
-// Tiles: the image with their maps, the one that is pinned with all that is known of it, and what drawables and materials cost.
+// Tiles: the image with their maps, the pinned tile with all its data, and the costs of drawables and materials.
 
-// Values of a map of a frame: of tiles_NNNN.json's maps, and of what tiles cost.
+// Values of a map of a frame, from the maps and the tile costs in tiles_NNNN.json.
 function mapValues(tiles, name) {
   if (!tiles || !name) return null;
   if (name.startsWith('cost.')) return tiles.costs ? tiles.costs[name.slice(5)] : null;
@@ -8,8 +8,8 @@ function mapValues(tiles, name) {
   return tiles.maps[name] ? tiles.maps[name].values : null;
 }
 const kCostMaps = {
-  'cost.cycles': ['cycles', 'cycles', 'From the core taking the tile to its last pixel.'], 'cost.energy_nj': ['energy', 'nJ', 'Of the units of its core, and of memory.'],
-  'cost.saves': ['cycles saved by twice of its bound', 'cycles', 'What the tile would be done sooner with twice of what bounds it; of machine.timing=events an estimate, half of what that has of its path.'], 'cost.bound_by': ['bound by', '', 'What twice of would end the tile soonest; of machine.timing=events an estimate, what has most of the path to its last pixel.'] };
+  'cost.cycles': ['cycles', 'cycles', 'From the cycle in which the core takes the tile to its last pixel.'], 'cost.energy_nj': ['energy', 'nJ', 'Of the units of its core, and of memory.'],
+  'cost.saves': ['cycles saved by twice of its bound', 'cycles', 'Cycles by which the tile would end sooner if the unit that bounds it were twice as fast. With machine.timing=events an estimate: half of that unit’s part of the critical path.'], 'cost.bound_by': ['bound by', '', 'The unit that, twice as fast, would end the tile soonest. With machine.timing=events an estimate: the unit with the largest part of the path to the tile’s last pixel.'] };
 function mapTitle(name) { return kCostMaps[name] ? kCostMaps[name][0] : name.startsWith('dram.') ? `bytes: ${purposeName(name.slice(5))}` : words(name); }
 function mapInfo(name) {
   if (kCostMaps[name]) return { unit: kCostMaps[name][1], meaning: kCostMaps[name][2] };
@@ -18,7 +18,7 @@ function mapInfo(name) {
 }
 const showAs = (unit) => (value) => (kScales[unit] ? quantity(value, unit) : number(value));
 
-// What the viewer needs of a map: its colours, on a scale for all frames of all runs. `range`: [least, most].
+// A map for the viewer: its colours, on a scale for all frames of all runs. `range`: [least, most].
 function mapDrawing(tiles, name, range, opacity, logarithmic) {
   const values = mapValues(tiles, name);
   if (!values) return null;
@@ -49,7 +49,7 @@ function tileSection() {
     make('div', { class: 'split' }, make('div', { class: 'stay' }, viewer.element, legend.element, secondPart, partial, ...[data.image_note, data.pixel_note, data.left_out > 0 ? `${data.left_out} further images are left out.` : ''].filter(Boolean).map((note) => make('p', { class: 'note' }, note))), make('div', {}, pinned, tables)));
   let tiles = null, tilesB = null, ranks = null;
   const rows = () => frameOf().drawables || [];
-  // Rows of the frame's drawables that are chosen.
+  // The selected rows of the frame's drawables.
   const chosenRows = () => (shown.row >= 0 ? [shown.row] : shown.material ? rows().map((row, index) => [row, index]).filter(([row]) => row.material === shown.material.slice(1)).map(([, index]) => index) : null);
   function maskOf() {
     const chosen = chosenRows();
@@ -58,8 +58,7 @@ function tileSection() {
     tiles.lists.forEach((list, tile) => { for (let k = 0; k < list.length; k += 3) if (chosen.includes(list[k]) && (list[k + 2] > 0 || list[k + 1] > 0)) mask.add(tile); });
     return mask;
   }
-  // What lies over the image: all pixels darker but those of the chosen drawables, or the outline of the drawable that the
-  // pinned pixel shows.
+  // Overlay of the image: darkens all pixels but the selected drawables' pixels, or outlines the drawable that the pinned pixel shows.
   function shapeOf() {
     const pixels = pixelsOf(tiles), chosen = chosenRows();
     if (!pixels) return null;
@@ -83,7 +82,8 @@ function tileSection() {
     if (release.hidden) tables.querySelectorAll('.chosen').forEach((line) => line.classList.remove('chosen'));
     if (!view) return;
     if (tiles && shown.tile >= tiles.grid[0] * tiles.grid[1]) shown.tile = -1, shown.pixel = null;
-    const shape = shapeOf(), mask = maskOf(), map = mask ? null : mapDrawing(tiles, shown.map, data.scales[shown.map], state.opacity, state.log);
+    // Chosen drawables stay bright by their pixels where these are known, else by tiles.
+    const shape = shapeOf(), darkened = chosenRows() !== null && shape !== null, mask = darkened ? null : maskOf(), map = mask || darkened ? null : mapDrawing(tiles, shown.map, data.scales[shown.map], state.opacity, state.log);
     viewer.draw({ view, address: imageAddress(), label: nameOf(shown), tiles, map, mask, shape, tile: shown.tile, pixel: shown.pixel });
     legend.draw(map);
     partial.hidden = !mask || !tiles.unlisted || tiles.unlisted.every((count) => count === 0);
@@ -118,7 +118,7 @@ function tileSection() {
   });
   follow(part.appendChild(make('div')), ['tile', 'pixel', 'row', 'material', 'map', 'other'], () => paint()).always = true;
   load.always = false;
-  // Where there is none pinned, the tile with most cycles is a press away.
+  // Without a pinned tile, a press pins the tile with most cycles.
   part.querySelector('.controls').append(make('button', { type: 'button', click: () => { if (ranks) show({ tile: ranks[0], pixel: null }); } }, 'Slowest tile'));
 }
 
@@ -157,7 +157,8 @@ function drawableName(row) {
   return row.node && row.material && row.node !== row.material ? `${row.node} · ${row.material}` : row.node || row.material;
 }
 
-// What the frame saves without a part, of those that `kind` of --without measured: a map from its name to the share of the cycles.
+// The savings of the frame without a part, among the parts that `kind` of --without measured: a map from its name to the share of the
+// cycles.
 const partName = (row) => row.effect ?? (row.node === undefined ? row.material : row.node + '\n' + row.material);
 function savings(frame, kind) {
   const cycles = Math.max(1, frame.timing ? frame.timing.cycles : 1);
@@ -168,7 +169,7 @@ function costTables(rows, pressDrawable, pressMaterial) {
   if (rows.length === 0) return [];
   const frame = frameOf(), cycles = Math.max(1, frame.timing ? frame.timing.cycles : 1), other = otherFrame();
   const of = new Map((other && other.drawables ? other.drawables : []).map((row) => [row.node + '\n' + row.material, row]));
-  // What leaving it out saves comes first where it was measured: what a part hides costs nothing while the part is there.
+  // Measured savings come first: the surfaces that a part hides cost nothing while the part is there.
   const columns = (its, saved) => [
     ...(saved.size > 0 ? [{ title: 'saves when left out', of: (row) => saved.get(partName(row)) ?? -1, show: (value) => (value === -1 ? 'not measured' : signedPercent(value)), bar: true, help: 'Share of the frame’s cycles that it saves, rendered and timed without it' }] : []),
     { title: 'cycles', of: (row) => row.cycles, show: (value) => percent(value / cycles, 3), bar: true, help: 'Share of the frame’s cycles' },
@@ -179,8 +180,8 @@ function costTables(rows, pressDrawable, pressMaterial) {
     { title: 'invocations', of: (row) => row.invocations },
     { title: 'tests', of: (row) => row.tests },
     { title: 'lines', of: (row) => row.requested_lines, help: 'Lines asked of the L2 and of texture caches' }];
-  const note = frame.without ? 'Ordered by what the frame saves without each, rendered and timed again: what a part hides costs nothing while the part is there.'
-    : 'Cycles are shares of the frame, by whose work they went to. What leaving a part out saves is something else, as what it hides is drawn then: tessera replay --without 10 measures it.';
+  const note = frame.without ? 'Ordered by the time that the frame saves without each: it was rendered and timed again, as surfaces behind a part cost nothing while the part hides them.'
+    : 'Cycles are attributed to the drawable whose work took them. Leaving a drawable out saves another amount, as the frame then draws the surfaces behind it: tessera replay --without 10 measures that.';
   return [make('h3', {}, 'Drawables'), make('p', { class: 'note' }, note), table([{ title: 'drawable', of: (row) => drawableName(row), wide: true }, ...columns(other ? (row) => of.get(row.node + '\n' + row.material) : null, savings(frame, 'drawables'))], rows,
     { press: (row) => pressDrawable(rows.indexOf(row)), chosen: (row) => rows.indexOf(row) === shown.row, sort: 1, up: false, limit: 12, label: 'Drawables by cost' }),
   make('h3', {}, 'Materials'), table([{ title: 'material', of: (row) => row.material || '(none: background, resolve)', wide: true }, ...columns(null, savings(frame, 'materials'))], frame.materials,

@@ -1,5 +1,5 @@
-// The frame in time: front end, binner, the slots of all cores, how busy each unit is, bandwidth and list memory, on one axis; below it
-// what it is compared with, on the same.
+// The frame in time: front end, binner, the slots of all cores, the utilisation of each unit, bandwidth and list memory, on one axis;
+// below it the compared frame on the same axis.
 
 // Spans of a tile, in the order of timeline.spans: their colour and their words.
 const kSpans = [['data', 'waits for its list'], ['visibility', 'visibility'], ['unit', 'waits for the shader'], ['data', 'waits for texels'], ['shading', 'shading'], ['unit', 'waits for the resolve unit'], ['data', 'waits for pixels'], ['store', 'resolve and store']];
@@ -40,7 +40,7 @@ function timelineSection() {
     });
   });
   darkness.addEventListener('change', () => parts.length > 0 && paint());
-  new ResizeObserver(() => parts.length > 0 && paint()).observe(part);
+  whenResized(part, () => parts.length > 0 && paint());
 
   const timeAt = (x) => whole * (window_[0] + (x - layout.left) / layout.width * (window_[1] - window_[0]));
   const xAt = (time) => layout.left + (time / whole - window_[0]) / (window_[1] - window_[0]) * layout.width;
@@ -57,7 +57,7 @@ function timelineSection() {
     paint();
   }
 
-  // Rows from the top, each {title, y, height}; lengths are those of text of 14 pixels.
+  // Rows from the top, each {title, y, height}; lengths suit text of 14 pixels.
   function rowsOf(of) {
     const { timeline } = of, cores = timeline.tile.length ? Math.max(...timeline.core) + 1 : 0, slot = cores * timeline.slots > 40 ? 5 : 11;
     const out = [...(of.name ? [{ kind: 'name', title: of.name, height: 18 }] : []), { kind: 'frontend', title: 'front end', height: 16 }, { kind: 'binner', title: 'binner', height: 16 }];
@@ -189,9 +189,9 @@ function timelineSection() {
       scaleLabel(pen, row, `${seriesAmount(row.name, most)} in ${quantity(milliseconds(width, at), 'ms')}`, ink);
     },
   };
-  // Tiles of the same numbers as A's.
+  // Tiles with the same numbers as A's.
   const alike = (of) => of.tiles.grid.join() === parts[0].tiles.grid.join();
-  // Scales stay over frames: what the memory gives, and the largest peak.
+  // Scales are the same for all frames: the peak rate of the memory, and the largest peak.
   const bandwidthTop = () => Math.max(0.001, ...parts.map(({ at }) => frameOf(at).timing.peak_gb_per_s));
   const listTop = () => Math.max(1, ...parts.flatMap(({ at }) => framesOf(at).map((frame) => frame.counters['binner.queue_bytes_peak'] || 0)));
   const scaleLabel = (pen, row, text, ink) => {
@@ -204,7 +204,7 @@ function timelineSection() {
     pen.fillText(text, layout.left + 5, row.y + 9 * layout.by);
   };
 
-  // What lies under the pointer: {lines, tile (a press pins it)}.
+  // The item under the pointer: {lines, tile (a press pins it)}.
   function find(x, y) {
     if (!layout || x < layout.left || x > layout.left + layout.width) return null;
     const row = layout.rows.find((of) => y >= of.y && y < of.y + of.height), time = timeAt(x);

@@ -17,7 +17,7 @@ function tradeoffReport() {
 
   const part = section('summary', 'Summary');
   if (reference) part.append(make('p', {}, `${rows.length} settings of ${knobs.length} knobs, each against a reference of ${number(reference.samples)} samples per pixel in double precision${reference.samples < reference.asked_samples ? ` (of ${number(reference.asked_samples)}: its noise is below ${reference.enough_db} dB)` : ''}, with ${reference.edge_pixels === 0 ? "the machine's own grids" : "cells of " + reference.edge_pixels + " pixels"}. ` +
-    'Errors are those of what a display shows; host times are medians of ' + tradeoff.rounds + ' runs.'));
+    'Errors compare tone-mapped images, as a display shows them; host times are ' + runsWords(tradeoff) + '.'));
   if (reference && reference.psnr_db !== null) part.append(make('p', { class: 'note' }, `The reference's own noise, from the difference of its halves: ${reference.psnr_db.toFixed(1)} dB. Errors near it mean little.`));
   if (tradeoff.stopped) part.append(make('p', { class: 'note' }, 'Stopped before its end; the same command goes on.'));
   if (tradeoff.cheapest) {
@@ -32,7 +32,9 @@ function tradeoffReport() {
   configurationSection([['Settings that all others are varied from', tradeoff.settings], ['Machine', tradeoff.gpu]]);
 }
 
-// What each effect of the frame costs: the frame less the frame without it.
+const runsWords = ({ rounds }) => (rounds === 1 ? 'from one run' : `medians of ${rounds} runs`);
+
+// The cost of each effect of the frame: the frame minus the frame without it.
 function effectsReport(tradeoff) {
   const settings = tradeoff.knobs[0]?.settings ?? [], frame = settings[0];
   const ran = tradeoff.effects.filter((effect) => effect.ran), absent = tradeoff.effects.filter((effect) => !effect.ran);
@@ -42,30 +44,30 @@ function effectsReport(tradeoff) {
   const costs = [{ title: 'ms', of: (row) => row.ms }, { title: 'mJ', of: (row) => (row.energy_nj === null ? null : row.energy_nj * 1e-6) }, { title: 'DRAM bytes', of: (row) => row.dram_bytes },
     { title: 'processor s', of: (row) => row.host.processor_seconds.median }];
   const without = (effect) => (effect.setting === null ? null : settings[effect.setting]);
-  // An effect's cost by one of `costs`; nothing where it is not known.
+  // An effect's cost by one of `costs`; nothing where it is unknown.
   const costOf = (cost, effect) => { const row = without(effect), all = cost.of(frame); return !row || all === null || cost.of(row) === null ? null : all - cost.of(row); };
   const withShare = (cost) => (value, effect) => { const all = cost.of(frame); return value === '' ? '' : effect.whole || all === 0 ? number(value) : `${number(value)} (${(100 * value / all).toFixed(1)} %)`; };
   const change = (effect) => { const row = without(effect); return row ? (row.error.psnr_db === null ? 'the same' : Number(row.error.psnr_db.toFixed(1))) : ''; };
 
   const part = section('summary', 'Summary');
-  part.append(make('p', {}, `${ran.length} of ${tradeoff.effects.length} effects run in this frame. Each was left out once: its cost is that of the frame less that of the frame without it, and the image without it is compared with the one that has all of them. Processor seconds of the host are medians of ${tradeoff.rounds} runs.`));
+  part.append(make('p', {}, `${ran.length} of ${tradeoff.effects.length} effects run in this frame. Each was left out once: its cost is the cost of the frame minus the cost of the frame without it, and the image without it is compared with the full image. Processor seconds of the host are ${runsWords(tradeoff)}.`));
   if (tradeoff.stopped) part.append(make('p', { class: 'note' }, 'Stopped before its end; the same command goes on.'));
   if (frame) {
     const present = section('effects', 'Effects that the frame calls for');
     const rows = [{ whole: true, name: 'the frame, with all of them', reason: '', tiles: '', sub_patches: '', without: '', stays: '' }, ...ran];
-    present.append(table([{ title: 'effect', of: (row) => row.name }, ...costs.map((cost) => ({ title: cost.title, of: (row) => rounded(row.whole ? cost.of(frame) : costOf(cost, row), cost.of(frame)), show: withShare(cost) })),
+    present.append(table([{ title: 'effect', of: (row) => words(row.name) }, ...costs.map((cost) => ({ title: cost.title, of: (row) => rounded(row.whole ? cost.of(frame) : costOf(cost, row), cost.of(frame)), show: withShare(cost) })),
       { title: 'image without it, dB', of: (row) => (row.whole ? '' : change(row)) }, { title: 'tiles', of: (row) => row.tiles }, { title: 'sub-patches', of: (row) => row.sub_patches }], rows, { label: 'Costs of effects' }),
       make('p', { class: 'note' }, 'In parentheses: the share of the frame. A cost below 0 saves.'),
-      make('details', {}, make('summary', {}, 'Why each runs, and how it is left out'), table([{ title: 'effect', of: (row) => row.name }, { title: 'runs because', of: (row) => row.reason, wide: true }, { title: 'left out by', of: (row) => row.stays || row.without, wide: true }], ran)),
+      make('details', {}, make('summary', {}, 'Why each runs, and how it is left out'), table([{ title: 'effect', of: (row) => words(row.name) }, { title: 'runs because', of: (row) => row.reason, wide: true }, { title: 'left out by', of: (row) => row.stays || row.without, wide: true }], ran)),
       make('details', {}, make('summary', {}, 'The frames themselves'), table(tradeoffColumns({ watched: '' }).filter((column) => column.title !== 'front'), settings)));
   }
   const missing = section('absent', 'Effects that it does not call for');
   missing.append(make('p', {}, `They cost nothing: the ${absent.reduce((sum, effect) => sum + Object.keys(effect.counters).length, 0)} counters of their work add up to ${number(absent.reduce((sum, effect) => sum + work(effect), 0))}.`),
-    table([{ title: 'effect', of: (row) => row.name }, { title: 'work counted', of: work }, { title: 'does not run because', of: (row) => row.reason, wide: true }], absent, { label: 'Absent effects' }));
+    table([{ title: 'effect', of: (row) => words(row.name) }, { title: 'work counted', of: work }, { title: 'does not run because', of: (row) => row.reason, wide: true }], absent, { label: 'Absent effects' }));
   configurationSection([['Settings of the frame', tradeoff.settings], ['Machine', tradeoff.gpu]]);
 }
 
-// Columns of the table of a knob that is about how a frame is timed: there is nothing to see.
+// Columns of the table of a knob that changes the timing of a frame only: it has no images.
 function timedColumns() {
   const percent = (share) => (typeof share === 'number' ? Number((100 * share).toFixed(2)) : '');
   return [{ title: 'setting', of: (row) => (row.base ? `${row.label} (as asked)` : row.label) }, { title: 'cycles', of: (row) => row.cycles ?? '' }, { title: 'error, %', of: (row) => percent(row.cycles_error) },
@@ -87,7 +89,7 @@ function tradeoffColumns(knob) {
 
 function tradeoffScatter(rows, errorOf, costOf) {
   const part = section('front', 'Error against cost');
-  part.append(make('p', { class: 'note' }, 'All settings of the chosen knobs. The line joins those that no other beats in both (less is better). A press on a point says what it is.'));
+  part.append(make('p', { class: 'note' }, 'All settings of the chosen knobs. The line joins the settings that no other beats in both (less is better). A press on a point shows its arguments.'));
   const names = [...new Set(rows.map((entry) => entry.knob.name))];
   const state = { x: wantedOf('front.across', Object.keys(kTradeoffCosts), 'ms'), y: wantedOf('front.up', Object.keys(kTradeoffErrors), 'flip'), knob: wantedOf('front.knob', names, ''), log: wanted.get('front.log') === 'on' };
   const draw = (key) => (value) => { state[key] = value; shown.draw(); };
@@ -107,7 +109,7 @@ function tradeoffScatter(rows, errorOf, costOf) {
   };
   const shown = plot(part, 'Settings of all knobs, an error against a cost', () => scatter(points(), { x: kTradeoffCosts[state.x], y: kTradeoffErrors[state.y], series: 'knob', log: state.log }), press);
   part.append(detail);
-  // The same by keyboard: every setting is a row, and a row says what a point says.
+  // The same for the keyboard: every setting is a row with the text of its point.
   part.append(make('details', {}, make('summary', {}, 'All settings as a table'), table([{ title: 'knob', of: (entry) => entry.knob.title }, { title: 'setting', of: (entry) => entry.row.label },
     ...Object.entries(kTradeoffErrors).map(([name, title]) => ({ title, of: (entry) => errorOf(entry.row, name) })), ...Object.entries(kTradeoffCosts).map(([name, title]) => ({ title, of: (entry) => costOf(entry.row, name) ?? '' }))],
     rows, { press: (entry) => press({ index: rows.indexOf(entry) }) })));
@@ -131,7 +133,7 @@ function knobSection(knob, errorOf, costOf) {
   }
   // Settings that others beat decide nothing: they are folded.
   const deciding = knob.settings.filter((row) => row.base || row.front.ms !== false), beaten = knob.settings.length - deciding.length;
-  // Of many settings a legend says only which decide.
+  // With many settings the legend names only the ones on the front.
   const many = knob.settings.length > 20, series = (row) => (!many ? row.label : deciding.includes(row) ? 'decides' : 'beaten');
   const points = () => markFront(knob.settings.filter((row) => row.ms !== null).map((row, index) => ({ index, x: costOf(row, 'ms'), y: errorOf(row, 'flip'), series: series(row), says: row.says })));
   plot(part, `${knob.title}: mean FLIP against time, one point per setting`, () => scatter(points(), { x: 'ms', y: 'mean FLIP', series: 'setting' }));

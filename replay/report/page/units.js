@@ -12,7 +12,7 @@ function grouped(text) {
   const out = whole.replace(/\B(?=(\d{3})+(?!\d))/g, '\u202f');
   return fraction === undefined ? out : out + '.' + fraction;
 }
-// As it would be typed.
+// The number as a user would type it.
 function plain(value) { return value === null || value === undefined ? '' : String(value); }
 
 // Steps of a thousand that have a name, from the small to the large; `per` of the unit that values come in. Bytes go by 1024.
@@ -44,7 +44,7 @@ function quantity(value, unit, significant = 3) {
   const [step, name] = scaleFor(value, unit);
   return digits(value / step, significant) + (name ? '\u00a0' + name : '');
 }
-// Of an axis: all ticks in the step of the largest, named in its title.
+// For an axis: all ticks in the unit step of the largest, which the title names.
 function axisScale(most, unit) {
   if (kScales[unit]) return scaleFor(most, unit);
   let chosen = kLarge[0];
@@ -70,7 +70,7 @@ const kUnitPhase = {
 // The colour of the value of an axis at a place in the order of its values, the same in all plots.
 const seriesColor = (value, index) => kSeries[index % kSeries.length];
 const kSeries = ['#0072b2', '#bc8000', '#009e73', '#d55e00', '#4594c1', '#c2739f', '#8c6d1f', '#7a7f87', '#7763a9', '#a8874a'];
-// Of units side by side: shades of their phase's colour, the same for a unit wherever it is.
+// Colours of adjacent units: shades of their phase's colour, the same for a unit everywhere.
 const kUnitColors = {
   frontend: '#0072b2', binner: '#bc8000', entry_fetch: '#a8874a', tessellator: '#4594c1', box_builder: '#3b73a1', box_tests: '#6691ad', stencil: '#a6761d', sampling: '#8c6d1f', triangle_tests: '#58718f',
   alpha_tests: '#9d8d00', coarse_depth: '#5a7d7c', compaction: '#bb7e62', shader: '#d55e00', texture: '#c2739f', blend: '#e7298a', resolve: '#009e73', dram: '#7a7f87', l2: '#7763a9', leakage: '#a95468' };

@@ -3,15 +3,15 @@
 // without: ViewSession::left_out()}.
 
 const viewReport = (() => {
-// What is latest at first, most asked first; any other key can be added.
+// Keys of the panel at the start, frequently used ones first; any other key can be added.
 const kFirstKeys = ['clock.mhz', 'memory.channels', 'memory.type', 'tilecore.count', 'shader.lanes', 'l2.bytes', 'tile.width', 'tile.height', 'sampling.samples_per_pixel', 'frontend.split_pixels', 'shading.rate', 'resolve.desampling', 'machine.timing'];
-// Where a slider stops: what hardware has, rather than steps of five per cent.
+// Values at which a slider stops: common hardware values, rather than steps of five per cent.
 const kStops = {
   'tile.width': [8, 16, 24, 32, 40, 48, 64, 96, 128], 'tile.height': [8, 16, 24, 32, 40, 48, 64, 96, 128],
   'sampling.samples_per_pixel': [1, 2, 4, 8, 16, 32, 64], 'frontend.split_pixels': [4, 8, 16, 32, 64, 128, 256, 512, 1024],
 };
 
-// The values at which a key's slider stops, that of the start among them.
+// The values at which a key's slider stops, the value at the start among them.
 function stopsOf(key) {
   const { start, min, max } = key, inside = (value) => value >= min && value <= max;
   const powers = (low, high) => { const out = []; for (let value = low; value <= high; value *= 2) out.push(value); return out; };
@@ -32,7 +32,7 @@ function against(value, before) {
   return `${by > 0 ? '+' : '\u2212'}${Math.abs(by) >= 100 ? Math.abs(by).toFixed(0) : Number(Math.abs(by).toPrecision(2))}\u202f%`;
 }
 
-// What cards and the history show of a result's summary; `less` is better.
+// The members of a result's summary on cards and in the history; `less` is better.
 const kCards = [
   { title: 'frame time', unit: 'ms', of: (s) => s.ms, less: true, tried: true }, { title: 'frame rate', unit: 'frames/s', of: (s) => 1000 / s.ms, less: false },
   { title: 'energy', unit: 'nJ', of: (s) => s.energy_nj, less: true, tried: true }, { title: 'memory traffic', unit: 'bytes', of: (s) => s.dram_bytes, less: true, tried: true },
@@ -42,7 +42,7 @@ const valueText = (value) => (typeof value === 'number' ? number(value) : String
 
 // ---- Asking the program -------------------------------------------------------------------------------------------
 
-// One request at a time; what is asked for meanwhile is sent together, newest values only.
+// One request at a time; changes made meanwhile are sent together, newest values only.
 function asker(told) {
   let waiting = null, busy = false, revision = 0;
   async function send() {
@@ -66,14 +66,14 @@ function asker(told) {
       waiting = { changes: { ...(waiting ? waiting.changes : {}), ...changes }, keep: keep || (waiting !== null && waiting.keep) };
       if (!busy) send();
     },
-    // Whether a result is what was asked for last.
+    // Whether a result belongs to the last request.
     answers: (result) => !busy && waiting === null && result.revision >= revision,
   };
 }
 
 // ---- One key ------------------------------------------------------------------------------------------------------
 
-// A row of the panel: how to change a key, what it is, and the way back. show(value) follows what others change.
+// A row of the panel: the control of a key, its meaning, and the way back. show(value) follows changes by other controls.
 function keyRow(key, ask) {
   const delta = make('span', { class: 'delta' }), name = key.key;
   const change = (value, keep) => { delta.textContent = against(value, key.start); ask({ [name]: value }, keep); };
@@ -114,8 +114,8 @@ function keyRow(key, ask) {
 
 // ---- Leave-one-out ------------------------------------------------------------------------------------------------
 
-// What the frame takes without each drawable, or without one: measured by the program when it is asked. `frameOf`: the
-// newest frame of stats.json. show(state) follows ViewSession::left_out(); reset() follows a new result.
+// The frame without each drawable, or without one: the program measures it on request. `frameOf`: the newest frame of stats.json.
+// show(state) follows ViewSession::left_out(); reset() follows a new result.
 function leaveOneOut(frameOf) {
   const holder = make('div'), state = make('p', { class: 'state', 'aria-live': 'polite' }), fault = make('p', { class: 'error', role: 'alert' });
   const which = make('select', { 'aria-label': 'Drawable that is left out' });
@@ -146,15 +146,15 @@ function leaveOneOut(frameOf) {
     state.textContent = measuring ? `rendering without each${count}\u2026` : now.phase === 'cancelled' ? `cancelled after${count || ' 0'}` : now.phase === 'done' ? `measured${count}` : '';
     fault.textContent = now.error || '';
     holder.dataset.phase = now.phase;
-    // Figures of another result than the shown one say nothing beside it.
+    // Figures of another result than the shown one cannot be compared with it.
     if (!current) { state.textContent += now.rows.length > 0 ? `; for no. ${now.revision}, which is not shown` : ''; holder.replaceChildren(); return; }
     const attributed = new Map(frame.drawables.map((row) => [nameOf(row), row.cycles]));
     if (now.rows.length === 0) { holder.replaceChildren(); return; }
     holder.replaceChildren(table([{ title: 'without', of: nameOf, wide: true }, { title: 'saves, ms', of: (row) => ms * (1 - row.cycles / cycles), show: (value) => value.toPrecision(3), bar: true }, { title: 'saves', of: (row) => 1 - row.cycles / cycles, show: (value) => percent(value) },
       { title: 'attributed', of: (row) => (attributed.get(nameOf(row)) ?? 0) / cycles, show: (value) => percent(value) }, { title: 'ms without', of: (row) => ms * row.cycles / cycles, show: (value) => value.toPrecision(4) },
-      { title: 'saves energy', of: (row) => 1 - row.energy_nj / energy, show: (value) => percent(value) }, { title: 'DRAM bytes without', of: (row) => row.dram_bytes }], now.rows, { label: 'What the frame takes without each drawable' }));
+      { title: 'saves energy', of: (row) => 1 - row.energy_nj / energy, show: (value) => percent(value) }, { title: 'DRAM bytes without', of: (row) => row.dram_bytes }], now.rows, { label: 'Cost of the frame without each drawable' }));
   }
-  return { parts: [make('h3', {}, 'Without each drawable'), make('p', { class: 'note' }, 'Renders and times the frame again without a drawable, as tessera replay --without does: the frame then draws what it hid. A change of the settings ends it.'),
+  return { parts: [make('h3', {}, 'Without each drawable'), make('p', { class: 'note' }, 'Renders and times the frame again without a drawable, as tessera replay --without does: the frame then draws the surfaces that it hid. A change of the settings ends it.'),
     make('div', { class: 'controls' }, which, measure, cancel), state, fault, make('div', { class: 'without' }, holder)], show, reset };
 }
 
@@ -165,7 +165,7 @@ function viewReport() {
   const part = section('view', 'What if');
   const cards = make('div', { class: 'cards', 'aria-live': 'polite' }), notice = make('p', { class: 'note' }), state = make('p', { class: 'state', 'aria-live': 'polite' }), fault = make('p', { class: 'error', role: 'alert' });
   const list = make('div', { class: 'keys' }), image = make('img', { alt: 'the frame' });
-  const command = make('pre', { class: 'command' }), without = leaveOneOut(() => latestStats.frames[0]), tried = make('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'What was tried' });
+  const command = make('pre', { class: 'command' }), without = leaveOneOut(() => latestStats.frames[0]), tried = make('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'Settings tried' });
   const asking = asker((text) => { fault.textContent = text; if (text) follow(latest); });
   const rows = new Map();
   let latest = view.result, history = view.history, latestStats = data.stats, measured = view.without;
@@ -193,7 +193,7 @@ function viewReport() {
   const copy = make('button', { type: 'button', click: () => navigator.clipboard.writeText(command.textContent).then(() => { copy.textContent = 'Copied'; setTimeout(() => { copy.textContent = 'Copy'; }, 1500); }) }, 'Copy');
 
   part.append(cards, state, notice, fault, make('div', { class: 'sides' }, make('div', {}, list, more, make('div', { class: 'controls' }, make('label', {}, `Frame (${view.frames[1] > 1 ? `${view.frames[0]} to ${view.frames[0] + view.frames[1] - 1}` : `${view.frames[0]}, the only one`})`, frame), all)), image),
-    make('h3', {}, 'As a command line'), make('div', { class: 'controls' }, copy), command, make('h3', {}, 'What was tried'), tried, ...without.parts);
+    make('h3', {}, 'As a command line'), make('div', { class: 'controls' }, copy), command, make('h3', {}, 'Settings tried'), tried, ...without.parts);
 
   function fillCards() {
     const start = history[0].summary;
@@ -201,7 +201,7 @@ function viewReport() {
       const value = card.of(latest.summary), before = card.of(start), way = value === before || card.less === undefined ? '' : (value < before) === card.less ? 'better' : 'worse';
       return make('div', { class: 'card' }, make('span', { class: 'note' }, card.title), make('strong', {}, quantity(value, card.unit, 4)), make('span', { class: 'delta ' + way }, against(value, before) || '\u00a0'));
     }), make('div', { class: 'card' }, make('span', { class: 'note' }, 'bound by'), make('strong', {}, latest.summary.bound_by || '-'), make('span', { class: 'delta' }, latest.summary.bound_by === start.bound_by ? '\u00a0' : `before: ${start.bound_by}`)),
-      latest.summary.coarser_models.length > 0 ? make('p', { class: 'note' }, `Times and energies are those of ${latest.summary.coarser_models.join(' and ')}, coarser than the default.`) : '');
+      latest.summary.coarser_models.length > 0 ? make('p', { class: 'note' }, `Times and energies come from ${latest.summary.coarser_models.join(' and ')}, which is coarser than the default.`) : '');
   }
   function fillTried() {
     const start = history[0].summary, shownCards = kCards.filter((card) => card.tried);

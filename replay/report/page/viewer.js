@@ -1,4 +1,4 @@
-// An image with what belongs to its tiles over it: a map in colours, a mask, the tile that is pinned.
+// An image with data of its tiles over it: a map in colours, a mask, the pinned tile.
 
 // Calls `choose(tile, pixel)` for a press or a key: the tile's number and [x, y] of the frame; -1 and null when it is left. Arrow
 // keys move by a tile, with Shift by a pixel. The pointer alone shows `says(tile)`.
@@ -93,7 +93,7 @@ function tileViewer(label, choose, says) {
   };
 }
 
-// The scale of a map, which stays over frames: a ramp with its ends, or the words of what is in it.
+// The scale of a map, the same for all frames: a ramp with its ends, or the map's own words.
 function mapLegend() {
   const ramp = make('canvas', { width: 256, height: 1, 'aria-hidden': 'true' }), low = make('span'), high = make('span'), unit = make('span', { class: 'means' });
   const pen = ramp.getContext('2d');

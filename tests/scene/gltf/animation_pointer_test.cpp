@@ -1,4 +1,4 @@
-// KHR_animation_pointer and KHR_node_visibility: what channels move, and what a frame takes of it.
+// KHR_animation_pointer and KHR_node_visibility: the values that channels move, and their effect on a frame.
 #include "base/error.h"
 #include "scene/animation.h"
 #include "scene/assembly.h"
@@ -14,8 +14,8 @@ using test::GltfAsset;
 using testing::Contains;
 using testing::ElementsAre;
 
-// everything_asset() with one more animation, that moves what `pointer` names from the first half of `values` to the
-// second within a second.
+// everything_asset() with one more animation, which moves the value at `pointer` from the first half of `values` to
+// the second within a second.
 template <class T>
 GltfAsset animated(const std::string& pointer, const char* type, const std::vector<T>& values,
                    const json& sampler = json::object(), const json& accessor = json::object()) {
@@ -126,7 +126,7 @@ TEST(AnimationPointer, FramesTakeMaterialsLightsAndCameraWhereTheShutterOpens) {
   EXPECT_NE(pose_frame(assembly, choose_camera(capture, 100, 100), request)->material_values, frame->material_values);
 }
 
-TEST(AnimationPointer, WhatNoChannelMovesStaysAsItWas) {  // AV1
+TEST(AnimationPointer, ValuesWithoutAChannelStay) {  // AV1
   const Capture capture = test::read_asset(animated<float>("/materials/1/alphaCutoff", "SCALAR", {0, 1}));
   const Material &before = capture.materials[0], after = material_at(capture, 0.5);
   EXPECT_EQ(after.alpha_cutoff, before.alpha_cutoff);
@@ -164,14 +164,14 @@ TEST(AnimationPointer, IntegersAreValuesToo) {
   EXPECT_EQ(at(animated<std::uint8_t>(pointer, "SCALAR", {51, 0}, json::object(), {{"normalized", true}})), 0.2f);
 }
 
-TEST(AnimationPointer, WhatIsNotReadIsSkippedWithOneNote) {
+TEST(AnimationPointer, UnreadTargetsAreSkippedWithOneNote) {
   GltfAsset asset =
       animated<float>("/materials/0/extensions/KHR_materials_subsurface/subsurfaceFactor", "SCALAR", {0, 1});
   json more = asset.document["animations"][1];
   more["channels"][0]["target"]["extensions"]["KHR_animation_pointer"]["pointer"] = "/nodes/0/weights/0";
   asset.document["animations"].push_back(more);
   const Capture capture = test::read_asset(asset, {.strict = true});
-  EXPECT_THAT(capture.notices, ElementsAre(testing::AllOf(HasSubstr("channels of what is not read are skipped"),
+  EXPECT_THAT(capture.notices, ElementsAre(testing::AllOf(HasSubstr("channels of unread properties are skipped"),
                                                           HasSubstr("subsurfaceFactor"), HasSubstr("and 1 more"))));
   EXPECT_TRUE(capture.animations[1].channels.empty() && capture.animations[2].channels.empty());
   EXPECT_THAT(test::read_asset(animated<float>("/materials/1/normalTexture/scale", "SCALAR", {0, 1})).notices,
@@ -229,7 +229,7 @@ TEST(NodeVisibility, IsAnimatedInSteps) {
   EXPECT_THROW(test::read_asset(linear, {.strict = true}), InputError);
 }
 
-TEST(NodeVisibility, WhatIsHiddenDoesNotCountForTheAutomaticCamera) {
+TEST(NodeVisibility, HiddenNodesDoNotCountForTheAutomaticCamera) {
   Capture capture;
   test::add_node(capture, test::triangles({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {0, 1, 2}));
   const DMat4 first = choose_camera(capture, 64, 64).fixed_world;

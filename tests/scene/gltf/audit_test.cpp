@@ -75,12 +75,12 @@ const std::vector<Fault>& faults() {
   return kFaults;
 }
 
-TEST(Audit, OfASoundAssetFindsNothing) {
+TEST(Audit, FindsNothingInASoundAsset) {
   EXPECT_THAT(test::read_asset(sound(), {.audit = true}).notices, testing::IsEmpty());
   EXPECT_NO_THROW(test::read_asset(sound(), {.strict = true}));
 }
 
-TEST(Audit, NamesWhatTheValidatorCallsAnErrorAndStrictlyItIsRefused) {  // AU1
+TEST(Audit, NamesTheErrorsOfTheValidatorAndStrictlyRefusesThem) {  // AU1
   for (const Fault& fault : faults()) {
     SCOPED_TRACE(fault.code);
     GltfAsset asset = sound();
@@ -90,7 +90,7 @@ TEST(Audit, NamesWhatTheValidatorCallsAnErrorAndStrictlyItIsRefused) {  // AU1
   }
 }
 
-TEST(Audit, ChangesNothingOfWhatIsRead) {  // AU2
+TEST(Audit, ChangesNothingOfTheCapture) {  // AU2
   for (const Fault& fault : faults()) {
     SCOPED_TRACE(fault.code);
     GltfAsset asset = sound();

@@ -10,15 +10,15 @@
 
 namespace tessera::test {
 
-// A capture that must be refused, made by code.
+// A capture that must be refused; code makes it.
 struct BrokenCapture {
   std::string name;
   // Writes the files into an empty folder and returns the capture.
   std::function<std::filesystem::path(const std::filesystem::path& folder)> make;
-  std::string place;    // part of the message that says where: JSON pointer, "byte N"; empty: the file as a whole
-  std::string fault;    // part of the message that says what; empty: any
+  std::string place;    // part of the message that gives the place: JSON pointer, "byte N"; empty: the file as a whole
+  std::string fault;    // part of the message that gives the fault; empty: any
   int status = 3;       // 4: a limit refuses it, not its contents
-  bool strict = false;  // only with --strict: its meaning is clear, and without it loads with a note
+  bool strict = false;  // only with --strict: its meaning is clear, and without --strict it loads with a note
 };
 
 struct BrokenClass {
@@ -44,14 +44,14 @@ BrokenCapture strictly(BrokenCapture broken);
 
 // ---- The corpus -------------------------------------------------------------------------------------------------
 
-// Rows of a file beside this one. `set` gives values of the document new ones or adds them, `remove` takes them away,
-// both by JSON pointers into the document of `base` (everything_asset() unless it says otherwise).
+// Rows of the file beside this header. `set` changes or adds values of the document, `remove` removes them, both by
+// JSON pointers into the document of `base` (everything_asset() unless the row names another).
 nlohmann::json capture_rows(const std::string& file);
-// Writes the capture that a row says.
+// Writes the capture of a row.
 std::filesystem::path put_row(const std::filesystem::path& folder, const nlohmann::json& row);
 
-// All of them. What the document alone makes broken is in broken_captures.json, by class: `place` and `fault` are parts
-// of the message; without a place it names the value that was set.
+// All broken captures. broken_captures.json has the captures that the document alone breaks, by class: `place` and
+// `fault` are parts of the message; without a place it names the value that was set.
 std::vector<BrokenClass> broken_captures();
 std::vector<BrokenClass> broken_containers();   // GLB, JSON, URIs
 std::vector<BrokenClass> broken_contents();     // values in buffers, Draco streams, images

@@ -49,8 +49,8 @@ TEST_P(BrokenCaptures, AreRefusedInOneLineThatNamesFilePlaceAndFault) {  // M6
 INSTANTIATE_TEST_SUITE_P(EachClass, BrokenCaptures, testing::ValuesIn(broken_captures()),
                          [](const auto& instance) { return instance.param.name; });
 
-// What --strict alone refuses loads without it, and a note says of it what the refusal says.
-TEST(BrokenCaptureCorpus, WhatHasAClearMeaningLoadsWithANote) {  // NT1
+// A capture that --strict alone refuses loads without it, with a note that has the text of the refusal.
+TEST(BrokenCaptureCorpus, CapturesOfAClearMeaningLoadWithANote) {  // NT1
   std::size_t count = 0;
   for (const BrokenClass& c : broken_captures())
     for (const BrokenCapture& broken : c.captures) {

@@ -104,7 +104,7 @@ BrokenClass broken_json() {
 
 // ---- Files and URIs ---------------------------------------------------------------------------------------------
 
-// An asset whose buffer is the given URI; what the URI names may exist.
+// An asset whose buffer is the given URI; the URI's target may exist.
 BrokenCapture buffer_uri(std::string name, std::string uri, std::string fault) {
   return {std::move(name),
           [uri](const fs::path& folder) {

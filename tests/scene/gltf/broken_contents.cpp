@@ -66,7 +66,7 @@ BrokenClass values() {
           }};
 }
 
-// Strides of what is not used as vertices, and indices of sparse accessors.
+// Strides of views that hold no vertices, and indices of sparse accessors.
 BrokenClass strides() {
   return {"ViewOrAccessorOutOfRange",
           {

@@ -137,7 +137,7 @@ TEST(ClearMeaning, OfTwoChannelsThatMoveTheSameTheLastOneCounts) {
   EXPECT_EQ(capture.animations[0].channels.size(), 4u);
 }
 
-TEST(ClearMeaning, WhatHoldsNothingDrawsNothing) {
+TEST(ClearMeaning, EmptyPartsDrawNothing) {
   GltfAsset asset = test::everything_asset();
   asset.document["accessors"].push_back({{"componentType", 5126}, {"count", 0}, {"type", "VEC3"}});
   const std::size_t empty = asset.document["accessors"].size() - 1;
@@ -188,7 +188,7 @@ TEST(ClearMeaning, NoPaddingNeedFollowTheLastColumnOfAMatrix) {
   }
 }
 
-TEST(ClearMeaning, IntegersThatQuantizationAllowsAreReadThoughNobodyDeclaredIt) {
+TEST(ClearMeaning, IntegersThatQuantizationAllowsAreReadWithoutItsDeclaration) {
   GltfAsset asset = test::everything_asset();
   asset.document["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = asset.add_accessor(
       "VEC3", std::vector<std::int8_t>{0, 0, 127, 0, 0, 127, 0, 0, 127, 0, 0, 127}, {{"normalized", true}});

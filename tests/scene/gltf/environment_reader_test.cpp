@@ -1,4 +1,4 @@
-// TESSERA_capture.environment: its forms, where its image may lie, and what is no such image.
+// TESSERA_capture.environment: its forms, the places of its image, and refused images.
 #include "base/error.h"
 #include "base/exr_file.h"
 #include "scene/capture_reader.h"
@@ -118,7 +118,7 @@ TEST(CaptureEnvironment, WithoutAnImageNothingIsCharged) {
   EXPECT_THROW(folder.read(asset_with("sky.hdr"), limits), BudgetError);
 }
 
-TEST(CaptureEnvironment, WhatIsNoSuchImageIsRefusedByName) {
+TEST(CaptureEnvironment, OtherImagesAreRefusedByName) {
   const Folder folder;
   const std::string place = "/extensions/TESSERA_capture/environment: ";
   const auto fault_of = [&](const std::string& bytes) {

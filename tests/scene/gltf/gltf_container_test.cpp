@@ -15,7 +15,7 @@ std::string as_text(const std::vector<std::uint8_t>& bytes) { return {bytes.begi
 
 // ---- Container --------------------------------------------------------------------------------------------------
 
-TEST(GltfContainer, TakesApartWhatWasPutTogether) {
+TEST(GltfContainer, SplitsAGlbIntoItsChunks) {
   const std::string json = R"({"asset":{"version":"2.0"}})";
   const Container container = open_container(as_bytes(test::make_glb(json, test::bytes_of("12345"))), "f");
   EXPECT_EQ(container.json.substr(0, json.size()), json);
@@ -107,7 +107,7 @@ TEST(DataUri, ReadsPercentEscapedText) {
   EXPECT_EQ(as_text(decode_data_uri("data:text/plain,a%20b%2C", Place("f"))), "a b,");
 }
 
-TEST(DataUri, RefusesWhatIsNeither) {
+TEST(DataUri, RefusesOtherUris) {
   for (const char* uri : {"data:", "data:;base64", "data:;base64,A", "data:;base64,AAAAA", "data:;base64,A*AA",
                           "data:;base64,AA=A", "data:,%4"})
     EXPECT_THROW(decode_data_uri(uri, Place("f")), InputError) << uri;
@@ -115,7 +115,8 @@ TEST(DataUri, RefusesWhatIsNeither) {
 
 // ---- Draco streams ----------------------------------------------------------------------------------------------
 
-// A damaged stream that still decodes gives what a sound one could: indices of existing points and finite numbers.
+// A damaged stream that still decodes gives a result that a sound one could: indices of existing points and finite
+// numbers.
 void expect_sound_or_refused(const GltfAsset& asset, const fs::path& file, const std::string& what) {
   test::write_text(file, asset.glb());
   try {

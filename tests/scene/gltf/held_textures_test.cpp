@@ -1,4 +1,4 @@
-// What memory holds in place of a capture's textures: texture.format.
+// Textures that memory holds in place of a capture's textures: texture.format.
 #include "scene/held_textures.h"
 #include "base/error.h"
 #include "scene/assembly.h"
@@ -50,8 +50,8 @@ std::vector<std::uint8_t> encoded_level(const Texture& texture, int level, Block
   return blocks.texels;
 }
 
-// Invariant HT1. The twin: levels that were made from decoded texels, as those of an encoder of level 0 alone.
-TEST(HeldTextures, EveryLevelIsEncodedFromWhatTheCaptureHas) {
+// Invariant HT1. The twin: levels made from decoded texels, as an encoder of level 0 alone has to.
+TEST(HeldTextures, EveryLevelIsEncodedFromTheCapturesTexels) {
   const Capture capture = with_textures();
   for (const BlockFormat format :
        {BlockFormat::kEtc2, BlockFormat::kAstc4x4, BlockFormat::kAstc6x6, BlockFormat::kAstc12x12}) {
@@ -141,7 +141,7 @@ TEST(HeldTextures, TakeNoMoreThanIsCharged) {
   }
 }
 
-// Of all textures of a capture with all their levels: decibels, over the channels that they have.
+// PSNR of all textures of a capture with all their levels, over the channels that they have.
 double psnr_of(const Capture& capture, BlockFormat format) {
   double sum = 0, count = 0;
   for (const auto& [stored, texture] : hold_textures(capture, {kPlain, format}).textures)
@@ -156,7 +156,7 @@ double psnr_of(const Capture& capture, BlockFormat format) {
   return 10 * std::log10(255.0 * 255.0 * count / sum);
 }
 
-// What was measured, less half a decibel.
+// The least PSNR: the measured value less half a decibel.
 struct Floors {
   double etc2, astc_4x4, astc_6x6, astc_12x12;
 };
@@ -172,11 +172,11 @@ void expect_floors(const Capture& capture, const Floors& floors) {
   EXPECT_GT(measured[2], measured[3]);
 }
 
-TEST(TexturesOfCaptures, KeepWhatTheirBlocksAllow) {
+TEST(TexturesOfCaptures, KeepTheQualityThatTheirBlocksAllow) {
   expect_floors(read_capture(test::shipped_capture("vases")), {38.9, 46.8, 39.9, 32.8});
   expect_floors(read_capture(test::shipped_capture("garden")), {39.6, 45.7, 36.6, 28.2});
 }
-TEST(TexturesOfCaptures, OfSampleModelsKeepAsMuch) {
+TEST(TexturesOfCaptures, KeepAsMuchInSampleModels) {
   const auto assets = test::assets_folder();
   if (!assets) GTEST_SKIP() << "no sample models";
   expect_floors(read_capture(*assets / "Fox" / "glTF" / "Fox.gltf"), {42.5, 56.1, 46.1, 31.9});

@@ -32,7 +32,7 @@ GltfAsset instanced_asset() {
   return asset;
 }
 
-// What is said of the asset with one member replaced.
+// Message of the refusal of the asset with one member replaced.
 std::string refusal(const std::string& pointer, const json& value) {
   GltfAsset asset = instanced_asset();
   asset.document[json::json_pointer(pointer)] = value;
@@ -56,7 +56,7 @@ TEST(InstanceReader, TakesFloatsAndNormalisedIntegers) {
   EXPECT_EQ(assemble(capture).drawables.size(), 2u);
 }
 
-TEST(InstanceReader, WhatIsNotSaidIsTheIdentity) {
+TEST(InstanceReader, AMissingAttributeIsTheIdentity) {
   GltfAsset asset = instanced_asset();
   asset.document[json::json_pointer(kAttributes)] = {{"TRANSLATION", 1}};
   const Capture capture = test::read_asset(asset);
@@ -86,7 +86,7 @@ TEST(InstanceReader, DrawsASkinnedMeshAsItRests) {
   EXPECT_THAT(capture.notices[0], HasSubstr("/nodes/1: is skinned and has instances"));
 }
 
-TEST(InstanceReader, RefusesWhatDoesNotFit) {
+TEST(InstanceReader, RefusesAttributesThatDoNotFit) {
   const std::string extension = "/nodes/0/extensions/EXT_mesh_gpu_instancing";
   EXPECT_THAT(refusal(extension, 3), HasSubstr("is not an object"));
   EXPECT_THAT(refusal(extension, json::object()), HasSubstr("lacks the property 'attributes'"));

@@ -1,4 +1,4 @@
-// What writers of files erred in, where the meaning is clear: read as it is meant, with a note.
+// Mistakes of exporters whose meaning is clear: they are read as they are meant, with a note.
 #include "base/error.h"
 #include "scene/assembly.h"
 #include "scene/capture_reader.h"
@@ -69,7 +69,7 @@ TEST(LenientReader, OneNoteNamesEveryExtensionThatIsNotRead) {  // EC1
               ElementsAre("MADE_both", "MADE_deep", "MADE_inner", "MADE_mesh", "MADE_root", "MADE_used"));
 }
 
-TEST(RegisteredExtensions, AreReadOrNotedAndWhatIsNotReadRefusesFilesThatRequireIt) {
+TEST(RegisteredExtensions, AreReadOrNotedAndUnreadOnesRefuseFilesThatRequireThem) {
   for (const Extension& extension : extension_registry()) {
     const std::string name(extension.name);
     const Capture capture = read_with({{"/extensionsUsed", {name}}});
@@ -83,7 +83,7 @@ TEST(RegisteredExtensions, AreReadOrNotedAndWhatIsNotReadRefusesFilesThatRequire
   }
 }
 
-TEST(RegisteredExtensions, HoldWhateverIsSupportedButTesserasOwn) {
+TEST(RegisteredExtensions, HoldEverySupportedExtensionButTesserasOwn) {
   std::set<std::string_view> read, supported;
   for (const Extension& extension : extension_registry())
     if (extension.read()) read.insert(extension.name);
@@ -92,7 +92,7 @@ TEST(RegisteredExtensions, HoldWhateverIsSupportedButTesserasOwn) {
   EXPECT_EQ(read, supported);
 }
 
-// ---- What is drawn ----------------------------------------------------------------------------------------------
+// ---- Drawn nodes ------------------------------------------------------------------------------------------------
 
 TEST(LenientReader, AListedNodeThatIsNoRootIsDrawnWhereItsParentsPutIt) {
   // Node 3 is the child of node 2; neither 2 nor 0 is listed.
@@ -164,7 +164,7 @@ TEST(LenientReader, PositionsWithoutDataAreZero) {
   EXPECT_THAT(capture.notices, ElementsAre(HasSubstr("/POSITION: has an accessor without data")));
 }
 
-TEST(LenientReader, WhatNoIndexNamesNeedNotBeFinite) {
+TEST(LenientReader, VerticesWithoutAnIndexNeedNotBeFinite) {
   GltfAsset asset = test::everything_asset();
   for (std::size_t k = 0; k < 3; ++k) asset.poke(test::kIndices, 3 + k, static_cast<std::uint16_t>(k));
   const float nan = std::numeric_limits<float>::quiet_NaN();

@@ -83,7 +83,7 @@ TEST(MaterialEffects, FactorsAreRead) {
   EXPECT_EQ(effects_of(m).size(), kMaterialEffectCount - 1) << "all but specular-glossiness";
 }
 
-TEST(MaterialEffects, DefaultsAreThoseOfTheExtensions) {
+TEST(MaterialEffects, DefaultsFollowTheExtensions) {
   Effects all;
   const Material m = material_with({{"KHR_materials_ior", json::object()},
                                     {"KHR_materials_specular", json::object()},
@@ -126,7 +126,7 @@ TEST(MaterialEffects, EachIsThereOnlyWhereItChangesSomething) {
     EXPECT_EQ(effects_of(material_with(extensions)), effects) << extensions;
 }
 
-TEST(MaterialEffects, WhatIsNotThereHasNoTextures) {
+TEST(MaterialEffects, AbsentEffectsHaveNoTextures) {
   const Material m =
       material_with({{"KHR_materials_clearcoat", {{"clearcoatFactor", 0}, {"clearcoatTexture", {{"index", 0}}}}}});
   EXPECT_EQ(m.clearcoat.texture.texture, nullptr);
@@ -149,7 +149,7 @@ TEST(MaterialEffects, SpecularGlossinessReplacesTheCore) {
   EXPECT_EQ(m.base_color_texture.texture, nullptr);
 }
 
-TEST(MaterialEffects, WhatTheSpecificationForbidsIsRefused) {
+TEST(MaterialEffects, ForbiddenValuesAreRefused) {
   const std::vector<json> refused = {
       {{"KHR_materials_ior", {{"ior", 0.5}}}},
       {{"KHR_materials_ior", {{"ior", -1}}}},
@@ -216,7 +216,7 @@ TEST(MaterialEffects, StrengthAndFactorOfEmissionMoveApart) {
 
 // ---- Assembly ---------------------------------------------------------------------------------------------------
 
-// Nobody can say in which direction a surface without tangents and texture coordinates is rough.
+// Without tangents and texture coordinates a surface has no direction of roughness.
 TEST(MaterialEffects, AnisotropyNeedsADirection) {
   for (const bool coordinates : {false, true}) {
     Capture capture;

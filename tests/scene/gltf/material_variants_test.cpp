@@ -71,7 +71,7 @@ TEST(MaterialVariants, AMappingOfTheChosenVariantReplacesTheMaterial) {
   }
 }
 
-TEST(MaterialVariants, AnUnknownNameIsAnsweredWithThoseThatThereAre) {
+TEST(MaterialVariants, AnUnknownNameIsAnsweredWithTheKnownOnes) {
   EXPECT_THAT(complaint(cups(), "Sky"), HasSubstr("no variant 'Sky' in "));
   EXPECT_THAT(complaint(cups(), "Sky"), HasSubstr("which has 'meadow', 'sky', 'sea'"));
   EXPECT_THAT(complaint(cups(), "1"), HasSubstr("no variant '1'"));
@@ -83,7 +83,7 @@ TEST(MaterialVariants, AnUnknownNameIsAnsweredWithThoseThatThereAre) {
   EXPECT_THAT(complaint(many, "sand"), Not(HasSubstr("\n")));
 }
 
-TEST(MaterialVariants, OfTwoOfOneNameTheFirstIsChosenWithANote) {
+TEST(MaterialVariants, TheFirstOfTwoWithOneNameIsChosenWithANote) {
   GltfAsset asset = cups();
   asset.document["extensions"]["KHR_materials_variants"]["variants"][1]["name"] = "sea";
   const Capture capture = test::read_asset(asset, {.variant = "sea"});
@@ -101,7 +101,7 @@ TEST(MaterialVariants, EmptyNamesAndEmptyListsAreVariantsToo) {
   EXPECT_THAT(materials_of(test::read_asset(asset, {.variant = ""})), ElementsAre(0, 0, 0, kNone));
 }
 
-// What the chosen material reads must be there; what others read need not.
+// Textures of the chosen material must exist; textures of other materials need not.
 TEST(MaterialVariants, NotesAreAboutTheMaterialsThatAreDrawn) {
   GltfAsset asset = cups();
   asset.document["textures"] = json::array({json::object()});

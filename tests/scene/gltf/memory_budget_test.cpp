@@ -16,7 +16,7 @@ namespace {
 using captures::encode_jpeg;
 using scene::CaptureLimits;
 
-// What no file decides: the rules of the schema, buffers of streams, messages.
+// Bytes that no file decides: the rules of the schema, buffers of streams, messages.
 constexpr std::int64_t kConstantBytes = 512 << 10;
 
 CaptureLimits memory_limit(std::uint64_t bytes) {
@@ -165,7 +165,7 @@ std::vector<Sized> captures() {
   };
 }
 
-TEST(MemoryBudget, ChargesAtLeastWhatReadingHasOnTheHeapAtOnce) {
+TEST(MemoryBudget, ChargesAtLeastThePeakHeapOfReading) {
   for (const Sized& sized : captures()) {
     const TemporaryFolder folder;
     const fs::path file = folder / sized.name;
@@ -246,13 +246,14 @@ std::vector<Sized> hostile() {
   };
 }
 
-TEST(MemoryBudget, RefusesWhatUnpacksToMoreBeforeUnpackingIt) {
+TEST(MemoryBudget, RefusesLargerContentsBeforeUnpackingThem) {
   constexpr std::uint64_t kLimit = 48 << 20;
   for (const Sized& sized : hostile()) {
     const TemporaryFolder folder;
     const fs::path file = folder / sized.name;
     write_text(file, sized.contents());
-    EXPECT_THROW(scene::read_capture(file, memory_limit(kLimit)), LimitError) << sized.name;  // makes what is made once
+    EXPECT_THROW(scene::read_capture(file, memory_limit(kLimit)), LimitError)
+        << sized.name;  // allocates the objects that are made once
     const HeapMeter meter;
     EXPECT_THROW(scene::read_capture(file, memory_limit(kLimit)), LimitError) << sized.name;
     EXPECT_LE(meter.peak_bytes(), static_cast<std::int64_t>(kLimit) + kConstantBytes) << sized.name;
@@ -273,8 +274,8 @@ TEST(MemoryBudget, RefusesAFileBeforeReadingIt) {
   EXPECT_LE(meter.peak_bytes(), kConstantBytes);
 }
 
-// Files and claims much larger than what stands in them.
-TEST(MemoryBudget, RefusesWhatCannotFitBeforeMakingRoomForIt) {
+// Files and claims much larger than their contents.
+TEST(MemoryBudget, RefusesSizesBeyondTheBudgetBeforeAllocating) {
   const TemporaryFolder folder;
   const std::string claim =
       R"({"asset":{"version":"2.0"},"nodes":[{}],"accessors":[{"componentType":5126,"count":300000000,"type":"SCALAR"},

@@ -1,5 +1,6 @@
-// The codec of compressed buffer views: closed forms from the specification, meshoptimizer as the oracle of what it
-// knows, a test encoder that makes every choice that version 1 of attribute streams allows, damage of every kind.
+// The codec of compressed buffer views: closed forms from the specification, meshoptimizer as the oracle of the
+// parts that it has, a test encoder that makes every choice that version 1 of attribute streams allows, damage
+// of every kind.
 #include <meshoptimizer.h>
 
 #include "replay/pack/meshopt_encoder.h"
@@ -172,7 +173,7 @@ TEST(MeshoptAttributes, TheDeltasOfTheSpecificationsExampleComeOut) {
   }
 }
 
-TEST(MeshoptAttributes, WhatMeshoptimizerEncodesComesBackToTheByte) {
+TEST(MeshoptAttributes, StreamsOfMeshoptimizerDecodeToTheByte) {
   Random random(5);
   for (const std::size_t stride : {4, 8, 12, 16, 20, 36, 64, 252, 256})
     for (const std::size_t count : {1, 2, 15, 16, 17, 31, 100, 255, 256, 257, 700})
@@ -422,7 +423,7 @@ TEST(MeshoptFilters, ColoursOfFullRangeComeBackExactlyAndAlphaLosesOneBit) {  //
       EXPECT_EQ(out[3], alpha * 2 + alpha % 2);
     }
   }
-  // K = 3 in 16 bits: white, half of alpha's range, and what leaves the range is clamped.
+  // K = 3 in 16 bits: white, half of alpha's range, and clamped values out of range.
   using U = std::vector<std::uint16_t>;
   EXPECT_EQ(filtered(U{7, 0, 0, 7}, 8, MeshoptFilter::kColor), (U{65535, 65535, 65535, 65535}));
   EXPECT_EQ(filtered(U{7, 1, 0, 4}, 8, MeshoptFilter::kColor), (U{65535, 65535, 56173, 0}));

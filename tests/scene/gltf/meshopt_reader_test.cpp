@@ -1,4 +1,4 @@
-// Compressed buffer views inside captures: whatever reads them reads what the plain views hold.
+// Compressed buffer views inside captures: every reader reads the data of the plain views.
 #include "scene/gltf/meshopt_reader.h"
 #include "base/webp_codec.h"
 #include "replay/pack/meshopt_encoder.h"
@@ -41,7 +41,7 @@ void expect_equal_data(const Capture& a, const Capture& b) {
   EXPECT_EQ(t->width(), u->width());
 }
 
-TEST(MeshoptViews, GiveWhateverReadsThemThePlainData) {
+TEST(MeshoptViews, GiveEveryReaderThePlainData) {
   const Capture plain = test::read_contents(test::everything_asset().glb());
   for (const char* name : {"EXT_meshopt_compression", "KHR_meshopt_compression"}) {
     GltfAsset asset = test::meshopt_asset(name);
@@ -99,7 +99,7 @@ TEST(MeshoptViews, AreChargedBeforeTheyAreAllocated) {
   EXPECT_EQ(gltf::read_meshopt(extension, stream, enough, place), std::vector<std::uint8_t>(kCount * 4, 0));
 }
 
-// What gltfpack -c writes: 16-bit positions, bytes for normals, shorts for rotations, each with its filter.
+// Views of gltfpack -c: 16-bit positions, bytes for normals, shorts for rotations, each with its filter.
 TEST(MeshoptViews, FiltersAndQuantisedTypesGoTogether) {
   GltfAsset asset;
   const std::vector<std::int8_t> octahedra = {127, 0, 127, 0, 0, -127, 127, 0, 0, 0, 127, 0};

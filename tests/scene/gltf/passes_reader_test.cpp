@@ -1,5 +1,5 @@
-// TESSERA_capture.attachments and .passes: what is read, the places and words of every fault, the order of passes and the
-// tile memory that they need. A fuzzer starts from these captures, too.
+// TESSERA_capture.attachments and .passes: their values, the places and words of every fault, the order of passes and
+// the tile memory that they need. A fuzzer starts from these captures, too.
 #include "scene/capture_reader.h"
 #include "tests/support/gltf_asset.h"
 #include "tests/support/pass_assets.h"
@@ -123,7 +123,7 @@ TEST(PassesReader, TheExampleOfThePageLoads) {
   EXPECT_EQ(members, deferred_passes());
 }
 
-TEST(PassesReader, RefusesWhatIsNoGraph) {
+TEST(PassesReader, RefusesMalformedGraphs) {
   EXPECT_EQ(fault_of({{"attachments", {{"a", kColor}}}}), "/attachments: need passes that write them");
   EXPECT_EQ(fault_of({{"passes", json::array()}}), "/passes: has 0 elements, needs at least 1");
   EXPECT_EQ(fault_with({{"/attachments/lit/format", "rgb9e5"}}),
@@ -250,7 +250,7 @@ TEST(PassFaults, AnInputIsWrittenByAnEarlierSubpass) {  // RG3
             "/passes/0/subpasses/1/input/3: is 'depth', which no earlier subpass of 'main' writes");
 }
 
-TEST(PassFaults, NoPassSamplesWhatItWrites) {  // RG4
+TEST(PassFaults, NoPassSamplesItsOutput) {  // RG4
   EXPECT_EQ(fault_with({{"/passes/1/sample/1", "glow"}}), "/passes/1/sample/1: is 'glow', which 'bloom' writes itself");
   EXPECT_EQ(fault_with({{"/passes/0/subpasses/2/sample", {"depth"}}}),
             "/passes/0/subpasses/2/sample/0: is 'depth', which 'main' writes itself");
@@ -279,7 +279,7 @@ TEST(PassFaults, ATransientAttachmentStaysInItsPass) {  // RG4
             "/passes/0/store/pbr: is transient: it is not stored");
 }
 
-TEST(PassFaults, WhatIsReadIsWritten) {  // RG5
+TEST(PassFaults, ReadAttachmentsAreWritten) {  // RG5
   EXPECT_EQ(fault_with({{"/attachments/noise", kColor}, {"/passes/2/sample/2", "noise"}}),
             "/passes/2/sample/2: is 'noise', which no pass writes");
   EXPECT_EQ(fault_with({{"/attachments/noise", {{"format", "rgba8"}, {"life", "persistent"}}},
@@ -289,7 +289,7 @@ TEST(PassFaults, WhatIsReadIsWritten) {  // RG5
             "/passes: none writes 'frame'");
 }
 
-TEST(PassFaults, WhatIsDiscardedIsNotRead) {  // RG5
+TEST(PassFaults, DiscardedAttachmentsAreNotRead) {  // RG5
   EXPECT_EQ(fault_with({{"/passes/0/store", {{"lit", "discard"}}}}),
             "/passes/0/store/lit: is discarded, and 'bloom' samples it");
   EXPECT_EQ(fault_with({{"/passes/2/store", {{"frame", "discard"}}}}),
@@ -307,7 +307,7 @@ TEST(PassFaults, PassesDoNotWaitForEachOther) {  // RG6
   EXPECT_EQ(fault_of(members), "none");
 }
 
-TEST(PassFaults, AShaderHasWhatItNeeds) {  // RG7
+TEST(PassFaults, AShaderHasItsInputs) {  // RG7
   for (const char* shader : {"depth", "forward", "gbuffer"})
     EXPECT_EQ(fault_with({{"/passes/1/shader", shader}}),
               fmt::format("/passes/1/shader: is {}, which needs the property 'draw'", shader));
@@ -331,7 +331,7 @@ TEST(PassFaults, AShaderHasWhatItNeeds) {  // RG7
 
 // ---- Order and tile memory --------------------------------------------------------------------------------------
 
-TEST(PassOrder, IsThatOfTheListWhereNothingElseDecides) {  // RG6
+TEST(PassOrder, FollowsTheListWhereNothingElseDecides) {  // RG6
   EXPECT_EQ(order_of(deferred_passes()), (std::vector<std::string>{"main", "bloom", "final"}));
 }
 
@@ -341,7 +341,7 @@ TEST(PassOrder, APassRunsAfterTheFirstWriterBehindItWhereThereIsNoneBefore) {  /
   EXPECT_EQ(order_of(members), (std::vector<std::string>{"main", "bloom", "final"}));
 }
 
-TEST(PassOrder, APassFindsWhatTheLastWriterBeforeItLeft) {  // RG6
+TEST(PassOrder, APassReadsTheLastWriterBeforeIt) {  // RG6
   // `again` overwrites the depth that `look` samples.
   json members = {{"attachments", {{"far", kColor}, {"farther", kColor}}}, {"passes", {kDraw, {}, kDraw, {}}}};
   members["passes"][1] = {{"name", "look"}, {"shader", "reduce"}, {"sample", {"depth", "farther"}}, {"write", {"far"}}};

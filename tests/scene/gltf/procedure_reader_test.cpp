@@ -1,4 +1,4 @@
-// TESSERA_procedure in captures: what is read, what is refused and where.
+// TESSERA_procedure in captures: values that are read, and refusals with their places.
 #include "base/error.h"
 #include "scene/animation.h"
 #include "scene/assembly.h"
@@ -109,7 +109,7 @@ TEST(ProcedureReader, ChainsAlongOneParameterHaveOneLength) {
 
 // ---- Animation --------------------------------------------------------------------------------------------------
 
-// A procedure and a channel that moves what `pointer` says of it from the first half of `values` to the second.
+// A procedure and a channel that moves the value at `pointer` from the first half of `values` to the second.
 test::GltfAsset animated(const json& procedure, const std::string& pointer, const char* type,
                          const std::vector<float>& values) {
   test::GltfAsset asset;
@@ -171,7 +171,7 @@ TEST(AnimatedProcedureReader, MovesTheUniformsOfPrograms) {
   EXPECT_EQ(p.y, 3.0f);
 }
 
-TEST(AnimatedProcedureReader, WhatIsNotThereIsSkippedAndAWrongCountRefused) {
+TEST(AnimatedProcedureReader, MissingTargetsAreSkippedAndAWrongCountIsRefused) {
   const json sphere = {{"shape", "sphere"}};
   for (const char* pointer : {"parameters/radios", "texture/color", "shape", "sampling/more", "parameters"})
     EXPECT_EQ(test::read_asset(animated(sphere, pointer, "SCALAR", {1, 2})).animations[0].channels.size(), 0u)

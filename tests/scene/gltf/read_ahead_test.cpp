@@ -1,4 +1,4 @@
-// Streams and images that are decoded ahead: nothing that can be seen depends on it, or on how many threads there are.
+// Streams and images that are decoded ahead: no result depends on it, or on the number of threads.
 #include <atomic>
 
 #include "base/error.h"
@@ -124,7 +124,7 @@ std::vector<Named> assets() {
   return {{"plain", plain_meshes()}, {"meshopt", meshopt_meshes()}, {"draco", draco_meshes()}, {"images", textured()}};
 }
 
-// What reading gives: all that is in the capture, or the refusal.
+// Outcome of reading: the whole capture, or the refusal.
 struct Outcome {
   std::optional<Capture> capture;
   std::string error;
@@ -187,7 +187,7 @@ Outcome expect_same_for_all_threads(const std::filesystem::path& file, const Cap
   return alone;
 }
 
-TEST(ReadAhead, GivesWhatReadingInOrderGives) {  // RA1
+TEST(ReadAhead, EqualsReadingInOrder) {  // RA1
   for (const Named& named : assets()) {
     SCOPED_TRACE(named.name);
     const test::TemporaryFolder folder;
@@ -200,7 +200,7 @@ TEST(ReadAhead, GivesWhatReadingInOrderGives) {  // RA1
   }
 }
 
-// The twin of what is tested here: something is on the shelves, for otherwise equal outcomes would say nothing.
+// The twin of these tests: something is on the shelves, for otherwise equal outcomes would say nothing.
 TEST(ReadAhead, DecodesStreamsAndImagesBeforeTheyAreAskedFor) {  // RA1, RA2
   const ThreadLimit threads(4);
   for (const Named& named : assets()) {
@@ -286,7 +286,7 @@ TEST(ReadAhead, StaysWithinTheMemoryLimitOnManyThreads) {  // RA2, MB2
   }
 }
 
-TEST(MemoryBudgetAhead, WhatWaitsGivesWayBeforeAChargeIsRefused) {  // MB1, MB2
+TEST(MemoryBudgetAhead, WaitingPartsGiveWayBeforeAChargeIsRefused) {  // MB1, MB2
   MemoryBudget budget(100, "f.glb");
   int drops = 0;
   budget.charge(10, 1, "a");

@@ -1,4 +1,4 @@
-// TESSERA_capture.shadows: what is read, and the places and words of its faults. Malformed values are rows of
+// TESSERA_capture.shadows: its values, and the places and words of its faults. Malformed values are rows of
 // broken_captures.json.
 #include "scene/capture_reader.h"
 #include "tests/support/gltf_asset.h"
@@ -71,7 +71,7 @@ TEST(ShadowsReader, RefusesALightNamedTwice) {
             "/shadows/2/light: is light 1, which shadows/0 names already");
 }
 
-TEST(ShadowsReader, CascadesAndDistanceAreThoseOfDirectionalLights) {
+TEST(ShadowsReader, CascadesAndDistanceNeedDirectionalLights) {
   EXPECT_EQ(fault_of({{{"light", 0}, {"cascades", 2}}}),
             "/shadows/0/cascades: need a directional light, light 0 is a spot light");
   EXPECT_EQ(fault_of({{{"light", 2}, {"distance", 10}}}),
@@ -84,7 +84,7 @@ TEST(ShadowsReader, AtMostSixteenLightsCast) {
   EXPECT_EQ(fault_of(lights_that_cast(17), 17), "/shadows: are of 17 lights, at most 16 may cast");
 }
 
-TEST(ShadowsReader, LimitsAreThoseOfThePage) {
+TEST(ShadowsReader, LimitsEqualThePages) {
   EXPECT_EQ(fault_of({{{"light", 1}, {"size", 1}, {"cascades", 8}}}), "none");
   EXPECT_EQ(fault_of({{{"light", 1}, {"size", 16384}}}), "none");
   EXPECT_EQ(fault_of({{{"light", 1}, {"size", 0}}}), "/shadows/0/size: is 0, outside [1, 16384]");

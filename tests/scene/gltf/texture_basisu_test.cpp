@@ -72,7 +72,7 @@ TEST(TextureBasisu, TexturesAreTheFilesLevelsAsEachTargetHoldsThem) {
   }
 }
 
-// The twin of BT1: levels that are made differ from those of the file.
+// The twin of BT1: generated levels differ from the levels of the file.
 TEST(TextureBasisu, LevelsThatAreMadeWouldBeNoticed) {
   const std::string file = basis_file("etc1s_disc_mips_64");
   ktx2::BasisTexture one = unpacked(file, BasisTarget::kRgba32);

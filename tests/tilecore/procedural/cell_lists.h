@@ -40,7 +40,7 @@ class CellLists {
   binner::Binner binner_;
 };
 
-// All cells of a tile, none of which anything hides.
+// All cells of a tile, none of them hidden.
 inline void draw_cells(SamplingController& controller, const SamplingController::Job& job,
                        std::span<const binner::ListEntry> entries) {
   controller.begin_tile(job.samples);

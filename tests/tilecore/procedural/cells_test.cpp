@@ -19,7 +19,7 @@ bool enough(const CellReach& r, int u, int v, double most, double flat) {
   return along_x <= most * (1 + 1e-12) && along_y <= most * (1 + 1e-12) && bend <= flat * (1 + 1e-12);
 }
 
-// What is wrong with the steps that were chosen for a reach: nothing, or which rule they break.
+// Fault of the steps that were chosen for a reach: nothing, or the rule that they break.
 std::optional<std::string> fault(const CellReach& r, double most, double flat, const CellSteps& steps) {
   if (!enough(r, steps.u, steps.v, most, flat)) return "CEL1: a footprint is too large";
   for (int u = 1; u <= CellSteps::kMax; ++u)
@@ -71,7 +71,7 @@ TEST(CellSteps, OneMoreOrOneFewerIsNoticed) {  // the twin of the law above
   EXPECT_EQ(smaller, trials);
 }
 
-TEST(CellSteps, OfWhatHasNoBoundAreFew) {
+TEST(CellSteps, AreFewWhereTheReachHasNoBound) {
   bool clamped = false;
   EXPECT_EQ(CellSteps::for_reach({std::numeric_limits<double>::infinity(), 0, 0, 1, 0, 0}, 1, 1, clamped),
             (CellSteps{CellSteps::kUnknown, CellSteps::kUnknown}));

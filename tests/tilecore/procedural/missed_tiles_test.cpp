@@ -1,4 +1,4 @@
-// What the sparse pass says of tiles against the exact procedure: no visible point may lie in a tile that lacks its cell.
+// Tiles of the sparse pass against the exact procedure: no visible point may lie in a tile that lacks its cell.
 #include "base/parallel.h"
 #include "shaders_cpp/procedures/procedures.h"
 #include "tests/support/tests.h"
@@ -88,8 +88,8 @@ class Scene {
     misses.cells += listed ? 0 : 1;
   }
 
-  // Of a cell the points that reach farthest along x and y on screen, found by the array on a grid of 8 x 8 of them,
-  // corners included; and one corner, where several cells meet.
+  // Looks at the points of a cell that reach farthest along x and y on screen, found by the array on a grid of 8 x 8
+  // points, corners included; and at one corner, where several cells meet.
   void look_at_extremes(const ParameterCell& cell, Random& random, SampleRegisters& registers, Misses& misses) const {
     constexpr std::size_t kSide = 8;
     ArrayProgram program;
@@ -192,7 +192,7 @@ TEST(ParameterMaps, IntervalsMissNothingWhereParametersAreAnimated) {  // PM1
   EXPECT_EQ(misses.cells, 0);
 }
 
-TEST(ParameterMaps, ThePublishedOnesMissWhatLiesBetweenTheirTuples) {
+TEST(ParameterMaps, ThePublishedOnesMissPointsBetweenTheirTuples) {
   Trials trials;
   trials.scenes = 2000;
   trials.general = false;
@@ -242,7 +242,7 @@ TEST_P(HundredThousandScenes, MissNoTile) {  // PM1
   EXPECT_EQ(all.cells, 0);
 }
 
-// The twin of the law: cells whose tiles are those of another place on screen are caught by the same points.
+// The twin of the law: the same points catch cells whose tiles belong to another place on screen.
 TEST(ParameterMaps, PublishedCellsAreCaughtWhereTheyComeClosestToLeavingTheirBounds) {
   Trials trials;
   trials.scenes = 300;

@@ -270,7 +270,7 @@ TEST(SamplingController, ABlurredSphereIsSeenWhereItPassesAndCountedOnce) {  // 
   const Drawn drawn = draw(*scene.frame, {});
   const SamplingCounters& c = drawn.counters;
   EXPECT_LE(c.samples_outside_tile + c.samples_behind + c.samples_backfacing + c.samples_not_finite, c.samples);
-  // The middle of the way sees it most of the time, its ends and what lies beyond do not.
+  // The middle of the way is covered most of the time, its ends and the pixels beyond are not.
   const auto covered = [&](int x) {
     std::size_t n = 0;
     for (std::size_t k = 0; k < 16; ++k)

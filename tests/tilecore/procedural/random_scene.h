@@ -6,7 +6,7 @@
 
 namespace tessera::tilecore {
 
-// Parameters that the shape takes within the shutter from those at its opening to others.
+// Moves parameters within the shutter from the shape's own to other ones.
 inline void animate_numbers(test::Random& random, scene::Capture& capture, int node) {
   const int number = capture.nodes[static_cast<std::size_t>(node)].procedure;
   const scene::Procedure& procedure = capture.procedures[static_cast<std::size_t>(number)];

@@ -29,7 +29,7 @@ ProcedureSettings style(ProcedureSettings::Style s) {
 const ProcedureSettings kSurfaceStyle = style(ProcedureSettings::Style::kSurface),
                         kLineStyle = style(ProcedureSettings::Style::kLines);
 
-// What a sample point sees, and where it looks.
+// Surface that a sample point sees, and the point's place, time and lens point.
 struct Sample {
   std::uint32_t patch, triangle;
   float z, u, v;  // of the patch
@@ -112,8 +112,8 @@ TestFrame sphere(const scene::Camera& camera, const DVec3& way = DVec3(0.0)) {
   return scene;
 }
 
-// Parameters of the piece, position on screen and depth of what a sample sees, at its time and through its point of the
-// lens, in double precision.
+// Parameters of the piece, position on screen and depth of the surface that a sample sees, at its time and through
+// its point of the lens, in double precision.
 struct Seen {
   double u, v, x, y, z;
 };
@@ -138,7 +138,7 @@ double from_line(double parameter) { return std::abs(parameter * kLines - std::r
 
 // ---- Against the ordinary style ---------------------------------------------------------------------------------
 
-TEST(Lines, WhatTheyLeaveFreeIsTheSurfaceBitByBitAndStrokesLieInFrontOfIt) {
+TEST(Lines, LeaveTheSurfaceBitByBitAndLieInFrontOfIt) {
   Random random(1);
   std::size_t drawn_lines = 0, paper = 0;
   for (int n = 0; n < 15; ++n) {
@@ -210,7 +210,7 @@ TEST(Lines, EveryStrokeShowsAPointOfAParameterLineNoFartherThanItIsWide) {
   EXPECT_LT(surface.at_depth, surface.all / 2);
 }
 
-// What moves, is out of focus, or both, has lines where its surface is at each sample's time and lens point.
+// Lines of moving and defocused surfaces lie where the surface is at each sample's time and lens point.
 TEST(Lines, MoveWithTheirSurfaceAndAreOutOfFocusWhereItIs) {
   scene::Camera pinhole, lens, orthographic;
   lens.lens = {0.1f, 3.0f};
@@ -232,7 +232,7 @@ TEST(Lines, MoveWithTheirSurfaceAndAreOutOfFocusWhereItIs) {
       const Image tiled = draw(*scene.frame, kLineStyle, 16, 8);  // SC1
       EXPECT_EQ(image.samples, tiled.samples);
     }
-  // The twin: looked at as if they stood still, lines of what moves lie elsewhere.
+  // The twin: seen as if the surface stood still, lines of moving surfaces lie elsewhere.
   const TestFrame scene = sphere(pinhole, DVec3(0.5, 0.25, 0.5));
   Image image = draw(*scene.frame, kLineStyle);
   for (Sample& sample : image.samples) sample.t = 0;
@@ -240,7 +240,7 @@ TEST(Lines, MoveWithTheirSurfaceAndAreOutOfFocusWhereItIs) {
 }
 
 // Nearly still, or nearly in focus: nearly the same drawing.
-TEST(Lines, OfWhatHardlyMovesOrIsHardlyBlurredAreThoseOfWhatIsStill) {
+TEST(Lines, AreTheSameForNearlyStillAndNearlySharpSurfaces) {
   scene::Camera pinhole, lens;
   lens.lens = {1e-6f, 3.0f};
   const Image still = draw(*sphere(pinhole).frame, kLineStyle);
@@ -371,7 +371,7 @@ TEST(Lines, HaveTheirWidthAllAlongAndNoGaps) {
   EXPECT_GT(wrong_samples(image, *scene.frame, spacing / 2, kHalfWidth), 0u);
 }
 
-// ---- What they follow from --------------------------------------------------------------------------------------
+// ---- Inputs of the lines ----------------------------------------------------------------------------------------
 
 TEST(Lines, FollowFromTheSceneAloneWhateverTheTiles) {  // SC1
   Random random(4);
@@ -403,7 +403,7 @@ TEST(Lines, HaveTheSameBitsOnEveryInstructionSet) {
   }
 }
 
-// ---- What is counted --------------------------------------------------------------------------------------------
+// ---- Counters ---------------------------------------------------------------------------------------------------
 
 // Steps of a cell times the lines that run through it.
 std::uint64_t lines_of(const ParameterCell& cell) {
@@ -439,7 +439,7 @@ TEST(Lines, EveryStepOfEveryLineOfATilesCellsIsCountedOnce) {
 
 // The maps have more entries: a tile also needs cells that reach it by their lines alone, which its surfaces leave
 // out.
-TEST(Lines, CostWhatTheArrayDoesForThemAndTheSurfaceBeneathWhatItCostsWithout) {
+TEST(Lines, CostTheirEvaluationsAndLeaveTheSurfacesCostAlone) {
   Random random(7);
   for (int n = 0; n < 8; ++n) {
     const TestFrame scene = random_scene(random);
@@ -480,7 +480,7 @@ TEST(Lines, CostWhatTheArrayDoesForThemAndTheSurfaceBeneathWhatItCostsWithout) {
     EXPECT_EQ(lines.counters.drawn_lines > 0, lines.counters.operations > surface.counters.operations);
     EXPECT_GE(lines.counters.footprint_tests,
               surface.counters.footprint_tests + static_cast<std::uint64_t>(drawn_lines));
-    // Lines are drawn with their piece: what lies behind them and comes later is not written.
+    // Lines are drawn with their piece: hits behind them that come later are not written.
     EXPECT_GE(lines.counters.writes, static_cast<std::uint64_t>(drawn_lines));
   }
 }

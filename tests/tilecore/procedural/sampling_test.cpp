@@ -207,7 +207,7 @@ double unevenness(const SamplePattern& pattern, int x, int y, int spp, int q) {
   return std::norm(sum / static_cast<double>(spp));
 }
 
-TEST(SamplePattern, ManySegmentsHaveSamplesAtEveryPhaseOfWhatRepeatsItself) {
+TEST(SamplePattern, ManySegmentsSampleEveryPhaseOfRepeatedMotion) {
   for (const auto& [spp, prime] : {std::pair{4, 5}, {7, 11}, {16, 17}, {48, 53}, {64, 67}}) {
     // All but prime - spp of the prime's phases have a sample; which these are differs from pixel to pixel.
     const double missing = static_cast<double>(prime - spp) / spp;

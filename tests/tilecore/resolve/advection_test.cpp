@@ -174,7 +174,7 @@ TEST(Advection, TheClampKeepsABicubicFetchFromOvershooting) {
   EXPECT_EQ(frames.advect(11, 12, {Fetch::kBicubic, false, true}).color.x, 0.0f);
 }
 
-// ---- What is refused ------------------------------------------------------------------------------------------------
+// ---- Refusals -------------------------------------------------------------------------------------------------------
 
 TEST(Advection, APlaceOutsideOfTheFrameIsRefusedHoweverFar) {
   for (const AdvectionSettings& settings : kEverySetting)
@@ -278,7 +278,7 @@ double miss(bool bfecc, double angle, const std::function<Vec2(double, double)>&
   return worst;
 }
 
-TEST(Advection, BackAndForthIsSecondOrderWhereTheVelocityIsThatOfAnInstant) {
+TEST(Advection, BackAndForthIsSecondOrderForVelocitiesOfAnInstant) {
   const auto instant = [](double angle) {
     return [angle](double x, double y) {
       return Vec2(static_cast<float>(-angle * (y - kMiddle)), static_cast<float>(angle * (x - kMiddle)));
@@ -294,8 +294,8 @@ TEST(Advection, BackAndForthIsSecondOrderWhereTheVelocityIsThatOfAnInstant) {
   EXPECT_NEAR(miss(true, 0.1, instant(0.1)) / miss(true, 0.05, instant(0.05)), 8, 1);
 }
 
-// Velocities from the vertices of both frames are displacements: the way back is exact without a correction, which then
-// takes it away by half of what the velocity changes in one step.
+// Velocities from the vertices of both frames are displacements: the way back is exact without a correction, and
+// the correction moves it off by half of the change of the velocity in one step.
 TEST(Advection, BackAndForthHarmsWhereTheVelocityIsTheExactDisplacement) {
   for (const double angle : {0.1, 0.05}) {
     const auto displacement = [&](double x, double y) {
@@ -320,8 +320,7 @@ TEST(Advection, WithoutAVelocityAtTheFarEndThereIsNoCorrection) {
   EXPECT_NE(frames.advect(12, 12, {Fetch::kBilinear, true}).color, frames.color_at(10, 12));
 }
 
-// Whatever is there: what whole blocks take is what pixel by pixel would have been taken, and nothing is refused that
-// is plain.
+// For any input, whole blocks take the same colours as pixel by pixel, and no plain block is refused.
 RC_GTEST_PROP(Advection, WholeBlocksHaveTheBitsOfSinglePixels, (std::uint32_t seed)) {
   Random random(seed);
   const std::vector<std::string> targets = simd_target_names();

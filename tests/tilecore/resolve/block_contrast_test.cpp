@@ -34,7 +34,7 @@ TEST(BlockContrast, RampsHaveNoneAndCheckersAllOfIt) {  // BC1
     EXPECT_NEAR(contrast(ramp, known), 0, 1e-6f) << known;
   EXPECT_NEAR(contrast(checker, kFullBlock), 0.4f, 1e-6f);
   EXPECT_GT(contrast(cells, kPairOrder[0]), 0.1f);
-  // Half of the pixels of a checker show one of its colours: what it is full shading alone can tell.
+  // Half of the pixels of a checker show one of its colours: only full shading can tell it from a flat surface.
   EXPECT_NEAR(contrast(checker, kPairOrder[0]), 0, 1e-6f);
   EXPECT_NEAR(contrast(cells, kSquareOrder[0]), 0.4f, 1e-6f);
 }

@@ -1,4 +1,4 @@
-// Highlights in windows of stencils: no colour outside of the range of what is around, and none below zero.
+// Highlights in windows of stencils: no colour outside of the range of its surroundings, and none below zero.
 #include "tilecore/resolve/bright_window.h"
 #include "tests/support/tests.h"
 #include "tilecore/resolve/cubic_stencil.h"
@@ -22,7 +22,7 @@ void fill(test::Random& random, float brightest, Window& window) {
   }
 }
 
-TEST(BrightWindow, KeepsTheRangeOfWhatIsAround) {  // BRW1
+TEST(BrightWindow, KeepsTheRangeOfItsSurroundings) {  // BRW1
   test::Random random(4);
   int negative = 0;
   for (int trial = 0; trial < 400; ++trial) {
@@ -58,7 +58,7 @@ TEST(BrightWindow, KeepsTheRangeOfWhatIsAround) {  // BRW1
   EXPECT_GT(negative, 20) << "the twin: stencils over light fall below zero";
 }
 
-TEST(BrightWindow, WhatIsNotBrighterThanWhiteIsLeftAlone) {  // BRW2
+TEST(BrightWindow, ColorsUpToWhiteStay) {  // BRW2
   test::Random random(5);
   for (int trial = 0; trial < 50; ++trial) {
     Window window;

@@ -68,8 +68,8 @@ Reference nearest_reference(const Window& window, const UsableRows& usable, int 
   return r;
 }
 
-// Weights of taps (dx, dy, weight) that meet as many of the conditions as are told apart: each in turn is freed of what
-// those before it ask for, and then met by the least change.
+// Weights of taps (dx, dy, weight) that meet all independent conditions: each condition in turn is made independent
+// of those before it, and then met by the least change.
 std::vector<double> met(const std::vector<DVec3>& taps, std::vector<std::vector<double>> conditions, double& margin) {
   std::vector<double> weights;
   for (const DVec3& t : taps) weights.push_back(t.z);
@@ -96,7 +96,7 @@ std::vector<double> met(const std::vector<DVec3>& taps, std::vector<std::vector<
   return weights;
 }
 
-// Those that give ramps back, and on a straight border have its spread; the plain ones where none hold.
+// Weights that give ramps back, and on a straight border have its spread; the plain weights where no others hold.
 std::vector<double> ramp_weights(const std::vector<DVec3>& taps, double& margin) {
   double plain = 0;
   DVec2 low(0.0), high(0.0);
@@ -259,7 +259,7 @@ TEST(StencilTables, SymmetricStencilsAreKeptOnce) {
   for (const Reconstruction kernel : kKernels)
     for (const Stencil& s : all_table_stencils(kernel)) ++pixels, bits_apart += packed_stencil_bits(s.count);
   const StencilTableSize size = stencil_table_size();
-  // Three quarters are missing of four patterns, half of two; less what tile_border.h adds.
+  // Three quarters of the pixels are missing in four patterns, half in two; less the pixels that tile_border.h adds.
   std::size_t missing = 0;
   for (const Reconstruction kernel : kKernels)
     for (const BlockMask pattern : kPatterns)
@@ -401,8 +401,8 @@ RC_GTEST_PROP(CubicStencil, MirroredPatternsShareTheirStencils, (std::uint32_t s
   }
 }
 
-// Lines on a tile's border leave no missing pixel outside of what is rendered around it: ramps come back, wherever a
-// tile ends. Without the lines, quarters are wrong there.
+// Lines on a tile's border leave no missing pixel outside of the rendered pixels around it: ramps come back, wherever
+// a tile ends. Without the lines, quarters are wrong there.
 TEST(CubicStencil, ARampComesBackAtEveryBorder) {  // TLB1
   const auto ramp = [](int x, int y) {
     return Vec4(0.5f + 0.03f * static_cast<float>(x) - 0.02f * static_cast<float>(y));
@@ -490,7 +490,7 @@ TEST(CubicStencil, AFlatColourUnderThePatternsIsExactToAUnitAndAPlainQuotientIsN
   EXPECT_GT(worst_plain, 1);
 }
 
-// ---- What may not be used
+// ---- Unusable pixels
 // -----------------------------------------------------------------------------------------------
 
 TEST(CubicStencil, PixelsThatAreNotUsableAreNotEvenRead) {  // CS2
@@ -504,7 +504,7 @@ TEST(CubicStencil, PixelsThatAreNotUsableAreNotEvenRead) {  // CS2
   }
 }
 
-RC_GTEST_PROP(CubicStencil, WhatIsNotUsableHasNoInfluence, (std::uint32_t seed)) {  // CS2
+RC_GTEST_PROP(CubicStencil, UnusablePixelsHaveNoInfluence, (std::uint32_t seed)) {  // CS2
   Random random(seed);
   Window window;
   window.fill([&](int, int) { return windows::random_color(random); });
@@ -649,7 +649,7 @@ TEST(CubicStencil, WhereNegativeLobesEatTheSumTheNearestPixelsStandIn) {  // CS5
   const Filled got = fill(Reconstruction::kCubicInterpolating, window.view(), missing);
   EXPECT_EQ(got.work.fallbacks, 1u);
   EXPECT_EQ(got.at(5), window.at(3, 3));
-  // The failing twin: the quotient lies far outside what entered it.
+  // The failing twin: the quotient lies far outside the range of its inputs.
   double sum = 0, weights = 0;
   for (int y = 0; y < 10; ++y)
     for (int x = 0; x < 10; ++x) {

@@ -1,5 +1,5 @@
-// What the resolve unit decides before anything is shaded: edges, rates, foveation; afterwards: discrepancy, the mean
-// of samples.
+// Decisions of the resolve unit before shading: edges, rates, foveation; and after it: discrepancy, the mean of
+// samples.
 #include <random>
 
 #include "base/simd_targets.h"
@@ -118,7 +118,7 @@ TEST(EdgeDetector, EveryInstructionSetJudgesWholeBlocksAsPixelByPixel) {
   EXPECT_LT(edges, 11000);
 }
 
-TEST(EdgeDetector, BlocksCutByTheFrameLookAtWhatTheyHave) {
+TEST(EdgeDetector, BlocksCutByTheFrameUseTheirOwnPixels) {
   Depths d = plane(1, 0, 0);
   d[1] = 2;  // a step along x
   for (int width = 1; width <= 4; ++width)
@@ -170,7 +170,7 @@ TEST(CreaseDetector, NormalsFollowFromDepth) {
   EXPECT_FALSE(CreaseDetector(0, {}).on());
 }
 
-TEST(RateSelector, AfterACutAndWhatIsSharpIsNotFast) {
+TEST(RateSelector, SharpBlocksAndBlocksAfterACutAreNotFast) {
   BlockEvidence b;
   b.velocity_usable = true;
   b.speed = 100;
@@ -204,7 +204,7 @@ TEST(RateSelector, RegimesFollowEachOtherInSpeed) {
 }
 
 // Shares of slow blocks that are taken over.
-TEST(RateSelector, TheSharesOfSlowBlocksAreWhatIsAskedFor) {
+TEST(RateSelector, TheSharesOfSlowBlocksFollowTheSettings) {
   RateSettings settings;
   settings.thresholds = {1, 4, 16, 0};
   for (const int advected : {8, 12}) {
@@ -280,8 +280,8 @@ TEST(RateSelector, FoveationIsTheSmallerRate) {
   }
 }
 
-// What foveation filled from some of a block's pixels is no history: the block stays in that regime, slow and seen well
-// as it may be, and does not alternate between it and taking over what was filled.
+// Colours that foveation filled from some of a block's pixels are no history: the block stays in that regime, however
+// slow it is and well seen, and does not alternate between it and taking over the filled colours.
 TEST(RateSelector, AFoveatedBlockThatWasFilledIsNotTakenOver) {
   RateSettings settings;
   BlockEvidence block;
@@ -290,7 +290,7 @@ TEST(RateSelector, AFoveatedBlockThatWasFilledIsNotTakenOver) {
   for (const int most : {4, 8}) {
     block.max_samples = most;
     block.last_samples = 0;
-    EXPECT_TRUE(select_rate(settings, block).advect) << "nothing is known of what was";
+    EXPECT_TRUE(select_rate(settings, block).advect) << "the previous colours are unknown";
     for (const std::uint8_t last : {std::uint8_t{4}, std::uint8_t{8}}) {
       block.last_samples = last;
       for (int frame = 0; frame < 5; ++frame) {
@@ -305,7 +305,7 @@ TEST(RateSelector, AFoveatedBlockThatWasFilledIsNotTakenOver) {
       EXPECT_TRUE(select_rate(settings, block).advect) << "that was shaded";
     }
   }
-  // Without foveation a block that was fast takes over what it has as soon as it is slow.
+  // Without foveation a block that was fast takes over its colours as soon as it is slow.
   block.max_samples = 32;
   block.last_samples = 4;
   EXPECT_TRUE(select_rate(settings, block).advect);

@@ -5,7 +5,7 @@
 
 namespace tessera::tilecore::windows {
 
-// What reconstruct_block() makes of a block.
+// Result of reconstruct_block() for a block.
 struct Filled {
   std::array<Vec4, 16> color{};
   BlockMask unfilled = 0;

@@ -100,7 +100,7 @@ RC_GTEST_PROP(FrameCompression, FixedPointPixelsDecodeToTheSameBits, (std::uint3
 }
 
 // All halves, and floats around each.
-TEST(FrameCompression, AHalfStandsForWhatItsCodeSays) {
+TEST(FrameCompression, AHalfDecodesByItsCode) {
   for (std::uint32_t high = 0; high < 0x10000; ++high)
     for (const std::uint32_t low : {0x0000u, 0x0001u, 0x0fffu, 0x1000u, 0x1001u, 0x3000u, 0xffffu}) {
       const auto value = std::bit_cast<float>(high << 16 | low);

@@ -12,7 +12,7 @@ constexpr float kExposures[] = {1.0f, 0.37f, 8.0f, 1000.0f};
 
 unsigned max_code(FrameFormat format, std::size_t channel) { return (1u << channel_bits(format)[channel]) - 1; }
 
-TEST(FrameFormat, BytesOfAPixelAreThoseOfItsChannels) {
+TEST(FrameFormat, BytesOfAPixelFollowFromItsChannels) {
   for (const FrameFormat format : {FrameFormat::kRgba8, FrameFormat::kRgb10a2, FrameFormat::kRgba16f}) {
     unsigned bits = 0;
     for (const std::uint8_t channel : channel_bits(format)) bits += channel;
@@ -21,13 +21,13 @@ TEST(FrameFormat, BytesOfAPixelAreThoseOfItsChannels) {
   EXPECT_EQ(kFramePixelBytes, 4u);
 }
 
-TEST(FrameFormat, WhatIsReadOfAStoredPixelHasItsCodesAgain) {  // FF1
+TEST(FrameFormat, AStoredPixelReadsBackToTheSameCodes) {  // FF1
   for (const FrameFormat format : kFixedPoint)
     for (const float exposure : kExposures) {
       const PixelCoder coder(format, exposure);
       test::Random random(5);
       for (int trial = 0; trial < 20000; ++trial) {
-        // From black, over colours of which one channel is nothing, to twenty times what is white.
+        // Colours from black, over colours of which one channel is nothing, to twenty times white.
         const float most = trial % 2 == 0 ? 0.75f : 20.0f;
         Vec4 color(0.0f);
         for (int c = 0; c < 3; ++c) color[c] = std::max(0.0f, random.uniform(-0.2f, 1.0f)) * most / exposure;
@@ -41,7 +41,7 @@ TEST(FrameFormat, WhatIsReadOfAStoredPixelHasItsCodesAgain) {  // FF1
 }
 
 // A display shows the codes of rgba8 as they are: PNG files have them.
-TEST(FrameFormat, Rgba8IsWhatADisplayShows) {
+TEST(FrameFormat, Rgba8EqualsTheDisplayedImage) {
   const PixelCoder coder(FrameFormat::kRgba8, 1.7f);
   Image image(64, 64, 4);
   test::Random random(9);
@@ -67,14 +67,14 @@ TEST(FrameFormat, ACodeIsTheNearestOnTheCurveOfADisplay) {  // FF2
                    exact = (x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1 / 2.4) - 0.055) * largest;
       const PixelCode code = coder.code({light, light, light, 1.0f});
       EXPECT_LE(std::abs(static_cast<double>(code[1]) - exact), 0.5 + 1e-3);
-      // What is read is off by half a step of the curve, which is a share of the light.
+      // The value read is off by half a step of the curve, which is a share of the light.
       const Vec3 read = shaders::tone_map(Vec3(coder.stored({light, light, light, 1.0f})) * 2.0f);
       EXPECT_NEAR(linear_to_srgb(read.y), exact / largest, 0.51 / largest);
     }
   }
 }
 
-TEST(FrameFormat, WhatNoCodeStandsForIsClipped) {  // FF2
+TEST(FrameFormat, ColorsBeyondTheCodesAreClipped) {  // FF2
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN(), kInfinity = std::numeric_limits<float>::infinity();
   for (const FrameFormat format : kFixedPoint) {
     const PixelCoder coder(format, 0.5f);

@@ -1,4 +1,4 @@
-// What of the previous frame tiles ask for, by closed forms; signatures of blocks.
+// Bytes of the previous frame that tiles ask for, by closed forms; signatures of blocks.
 #include "tilecore/resolve/history_memory.h"
 #include "tests/support/tests.h"
 #include "tilecore/resolve/tile_store.h"
@@ -13,7 +13,7 @@ std::uint64_t bytes_of(TouchedBursts& touched, std::uint64_t burst) {
   return bursts * burst;
 }
 
-// Of a frame of 64x32 pixels, two tiles.
+// The history of a frame of 64x32 pixels, two tiles.
 struct Frame {
   HistoryStorage how{.coder = PixelCoder(FrameFormat::kRgba16f)};
   ResolveSettings settings;
@@ -58,13 +58,13 @@ TEST(HistoryMemory, ACompressedOneByTheBlocksThatWereStored) {  // HM1
   // Stored raw: the three rows that are asked for, and the two.
   for (std::uint16_t& payload : frame.history.payload) payload = 256;
   EXPECT_EQ(frame.colors({7, 1, 12, 6}), 2u * (3 + 2) * 64 + 64);
-  // The failing twin: sizes that are not known are those of raw blocks.
+  // The failing twin: blocks of unknown size count as raw blocks.
   frame.history.payload.clear();
   EXPECT_EQ(frame.colors({7, 1, 12, 6}), 2u * (3 + 2) * 64 + 64);
 }
 
-// The decoder counts the requested pixels, the decompressor all pixels of the blocks that hold them: two columns and one row of 8x8 in rgba8, two
-// rows of 8x4 in half floats, which nothing decodes.
+// The decoder counts the requested pixels, the decompressor all pixels of the blocks that hold them: two columns and one
+// row of 8x8 in rgba8, two rows of 8x4 in half floats, which need no decoder.
 TEST(HistoryMemory, PixelsThatAreDecodedAndDecompressed) {
   const IntRect asked{7, 1, 12, 6};
   for (const auto& [format, decoded, decompressed] :
@@ -84,8 +84,8 @@ TEST(HistoryMemory, PixelsThatAreDecodedAndDecompressed) {
   }
 }
 
-// What the store leaves is what is read back: all of a frame is read for what it was written for.
-TEST(HistoryMemory, AllOfACompressedFrameIsReadForWhatItWasWrittenFor) {
+// A frame that is read whole reads back the bytes that the store wrote.
+TEST(HistoryMemory, AWholeCompressedFrameReadsTheBytesThatItWrote) {
   for (const FrameFormat format : {FrameFormat::kRgba8, FrameFormat::kRgb10a2, FrameFormat::kRgba16f}) {
     test::Random random(5);
     Frame frame;
@@ -151,7 +151,7 @@ SignedBlock any_signed_block(test::Random& random) {
   return block;
 }
 
-TEST(BlockSignature, MatchesWhereWhatIsShadedAndWhereItIsAreTheSame) {  // KB1
+TEST(BlockSignature, MatchesWhereShadedColorsDepthsAndSurfacesAreEqual) {  // KB1
   test::Random random(3);
   for (int n = 0; n < 500; ++n) {
     const SignedBlock block = any_signed_block(random);
@@ -163,7 +163,7 @@ TEST(BlockSignature, MatchesWhereWhatIsShadedAndWhereItIsAreTheSame) {  // KB1
       color.codes[p][static_cast<std::size_t>(random.integer(0, 3))] ^= static_cast<std::uint16_t>(1 << n % 16);
       depth.depth[p] = -depth.depth[p];
       ++surface.surface[p];
-      // What is not shaded is not at hand: its colour is not compared.
+      // The colours of pixels that are not shaded are not compared.
       EXPECT_EQ(matches(signature_of(color, 64), expected, kFullBlock, shaded), (shaded >> p & 1) == 0);
       EXPECT_FALSE(matches(signature_of(depth, 64), expected, kFullBlock, shaded));
       EXPECT_FALSE(matches(signature_of(surface, 64), expected, kFullBlock, shaded));
@@ -171,7 +171,7 @@ TEST(BlockSignature, MatchesWhereWhatIsShadedAndWhereItIsAreTheSame) {  // KB1
   }
 }
 
-TEST(BlockSignature, OfFewBitsMatchesWhatDiffers) {
+TEST(BlockSignature, MatchesDifferentBlocksWhereItHasFewBits) {
   test::Random random(4);
   int wrong = 0;
   for (int n = 0; n < 4000; ++n) {

@@ -36,7 +36,7 @@ TestFrame scene(const DVec3& way, const DVec3& camera_way) {
   return s;
 }
 
-TEST(MotionField, RigidMotionIsWhatTheVerticesOfBothPosesSay) {
+TEST(MotionField, RigidMotionFollowsTheVerticesOfBothPoses) {
   for (const bool orthographic : {false, true})
     for (const auto& [way, camera_way] :
          {std::pair{DVec3(0.3, -0.2, 0.4), DVec3(0.0)}, std::pair{DVec3(0.0), DVec3(0.2, 0.1, -0.5)},
@@ -100,7 +100,7 @@ TEST(MotionField, PointsOfABlockAtOnceHaveTheBitsOfEach) {
   force_simd_target("");
 }
 
-TEST(MotionField, WhatDoesNotMoveIsStillAndExactlyZero) {  // MF1
+TEST(MotionField, AStillPointHasExactlyZeroMotion) {  // MF1
   const TestFrame s = scene(DVec3(0.0), DVec3(0.0));
   const auto then = pose(s, 0.2, 0.25), now = pose(s, 0.5, 0.55);
   const MotionField field(*now, *then);
@@ -328,7 +328,7 @@ TEST(LightReach, DirectionalLightsAndLightsThatComeReachEverything) {
 
 // A card that moves over a floor under a sun: the places behind it along the rays are reached, others are not. The oracle
 // goes from a place towards the sun and looks for the card at both ends of both frames.
-TEST(LightReach, BehindWhatMovesAlongTheRaysOfASunEverythingIsReached) {
+TEST(LightReach, ReachesEverythingBehindMovingCastersAlongTheRaysOfASun) {
   scene::Capture capture;
   const int material = test::add_material(capture);
   test::add_node(capture,

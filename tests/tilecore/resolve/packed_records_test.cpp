@@ -1,4 +1,4 @@
-// The code of blocks' records: nothing is lost, and what is smooth is short.
+// The code of blocks' records: nothing is lost, and smooth records are short.
 #include "tilecore/resolve/packed_records.h"
 #include "tests/support/tests.h"
 #include "tilecore/resolve/history.h"
@@ -94,13 +94,13 @@ TEST(PackedRecords, ComeBackBitForBitAndFitTheirPlace) {  // PR1, PR2
   }
 }
 
-// Closed form: 8 bits of size; of each block 2 of kind and 2 of mask; of the first 32 of surface, and of every plane 16
-// of widths with what they say.
+// Closed form: 8 bits of size; 2 bits of kind and 2 of mask for each block; 32 bits of surface for the first block,
+// and for every plane 16 bits of widths and their numbers.
 TEST(PackedRecords, APlaneGoesOnForAlmostNothingAndNothingTakesNothing) {
   std::array<std::uint8_t, kCellBytes> bytes;
   std::vector<BlockRecord> empty(16, plane_of(0, 0, 0, 0));
   EXPECT_EQ(pack_records(empty, 4, bytes), 0u);
-  // What a plane's numbers are exact for: steps of powers of two.
+  // A plane's numbers are exact for steps of powers of two.
   std::vector<BlockRecord> exact;
   for (int b = 0; b < 16; ++b)
     exact.push_back(plane_of(7, 1.5f + 0.0625f * static_cast<float>(b % 4) + 0.125f * static_cast<float>(b / 4),

@@ -48,7 +48,7 @@ TEST(PatternDither, TheCounterRendersEveryPixelOncePerPeriodAcrossTheWrapOfTheFr
   EXPECT_GT(longest_wait(8, kSeeded, 0), 2);
 }
 
-// By the masks alone: what four frames in a row render, added up pixel by pixel.
+// By the masks alone: counts, pixel by pixel, of the pixels that four frames in a row render.
 TEST(PatternDither, FourFramesInARowRenderEveryPixelAsOftenAsAnyOther) {  // PD2
   for (const int rate : {4, 8, 16})
     for (const std::uint32_t first : kFrames)
@@ -69,7 +69,7 @@ TEST(PatternDither, SeedsDecideAndAreRepeatable) {
   EXPECT_GT(differ, 32);
 }
 
-// Of squares every second row has none.
+// With squares every second row has no witness.
 TEST(PatternDither, WitnessesAreOneInEachRowAndColumnAndOnceInFourFramesEach) {  // PD1, PD2
   for (const DitherSettings& settings : {kCounted, kSeeded})
     for (const std::uint32_t frame : kFrames) {

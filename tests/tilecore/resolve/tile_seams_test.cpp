@@ -32,7 +32,7 @@ Shown noise(float cell) {
   });
 }
 
-// Root mean square error within two pixels of a border between tiles, over that of the others.
+// Root mean square error within two pixels of a border between tiles, over the error of the other pixels.
 double seam(const Shown& image, BlockMask pattern, int tile, bool lines) {
   const auto rendered = [&](int x, int y, const IntRect& inside) {
     if (x < inside.x0 || y < inside.y0 || x >= inside.x1 || y >= inside.y1) return false;
@@ -72,7 +72,7 @@ double seam(const Shown& image, BlockMask pattern, int tile, bool lines) {
   return std::sqrt(sum[1] / count[1]) / std::sqrt(sum[0] / count[0]);
 }
 
-TEST(TileSeams, BordersAreAsRightAsWhatIsInside) {  // TLB1
+TEST(TileSeams, BordersAreAsRightAsTheInside) {  // TLB1
   for (const float cell : {1.0f, 2.0f, 3.75f, 5.0f})
     for (const int tile : {8, 16, 32, 64}) {
       const Shown image = noise(cell);

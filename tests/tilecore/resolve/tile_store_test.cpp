@@ -1,4 +1,4 @@
-// What tile cores bring into the frame buffer, and what of it is not needed.
+// Bytes that tile cores write to the frame buffer, and bytes that need not be written.
 #include "tilecore/resolve/tile_store.h"
 #include "tests/support/tests.h"
 #include "tilecore/resolve/frame_compression.h"
@@ -53,7 +53,7 @@ Stored store_all(const FrameStore& how, IntRect region, Image& color, bool open 
   return out;
 }
 
-TEST(TileStore, WithoutCompressionATileTakesWhatItsPixelsTake) {
+TEST(TileStore, WithoutCompressionATileTakesTheBytesOfItsPixels) {
   const IntRect region{0, 0, 64, 32};
   for (const FrameFormat format : kFormats) {
     Image image = image_of(region, Content::kNoise);
@@ -100,7 +100,7 @@ TEST(TileStore, NoiseIsStoredRawToTheByte) {
   }
 }
 
-TEST(TileStore, WhatASecondPassFillsIsStoredRaw) {
+TEST(TileStore, TilesOfASecondPassAreStoredRaw) {
   const IntRect region{0, 0, 32, 32};
   Image image = image_of(region, Content::kSmooth);
   const Stored got = store_all(frame_store(FrameFormat::kRgba16f, true), region, image, true);
@@ -108,7 +108,7 @@ TEST(TileStore, WhatASecondPassFillsIsStoredRaw) {
 }
 
 // Closed form: of two tiles one block of 4x4 pixels in the middle changes.
-TEST(TileStore, WhatIsKeptIsNotWritten) {  // PS4
+TEST(TileStore, KeptBlocksAreNotWritten) {  // PS4
   const IntRect region{0, 0, 32, 16};
   for (const FrameFormat format : kFormats)
     for (const bool compressed : {false, true}) {

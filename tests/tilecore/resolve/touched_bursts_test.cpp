@@ -1,4 +1,4 @@
-// What is moved of an array, against a set of burst numbers.
+// Bursts of an array that are moved, against a set of burst numbers.
 #include "tilecore/resolve/touched_bursts.h"
 #include "tests/support/tests.h"
 

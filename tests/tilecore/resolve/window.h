@@ -36,7 +36,7 @@ inline UsableRows repeated(BlockMask pattern, unsigned border = 0, bool lines = 
   return rows;
 }
 
-// Those of `missing` cleared, as reconstruct_block() sees them.
+// The rows without the pixels of `missing`, as reconstruct_block() sees them.
 inline UsableRows without(UsableRows rows, BlockMask missing) {
   for (int p = 0; p < 16; ++p)
     if (missing >> p & 1) {

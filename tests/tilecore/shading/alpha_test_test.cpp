@@ -1,4 +1,4 @@
-// The alpha of points on patches: what interpolation gives, and what it costs.
+// The alpha of points on patches: its interpolation and its cost.
 #include "tilecore/shading/alpha_test.h"
 #include "tests/support/tests.h"
 #include "tests/tilecore/support.h"
@@ -52,7 +52,7 @@ struct MaskedPatches : TestFrame {
 
 // Invariant ALT1. The texture is read at its full size: levels follow from the triangle's plane here, and there from the
 // patch's tangents.
-TEST(AlphaTests, ALT1InterpolatedAlphaIsThatOfThePatchAtItsVertices) {
+TEST(AlphaTests, ALT1InterpolatedAlphaEqualsThePatchsAtItsVertices) {
   double largest_within = 0;
   for (std::uint32_t seed = 0; seed < 6; ++seed) {
     const MaskedPatches scene(seed);
@@ -75,7 +75,7 @@ TEST(AlphaTests, ALT1InterpolatedAlphaIsThatOfThePatchAtItsVertices) {
 }
 
 // Invariant ALT2: alone, or after all others, in another order.
-TEST(AlphaTests, ALT2AlphaIsThatOfTheLocationAlone) {
+TEST(AlphaTests, ALT2AlphaDependsOnTheLocationAlone) {
   const MaskedPatches scene(1);
   Random random(9);
   const std::vector<SurfaceLocation> locations = scene.locations(random, 2);
@@ -129,7 +129,7 @@ TEST(AlphaTests, ALT3ABatchHasTheBitsAndTheLookupsOfEachPointAlone) {
 }
 
 // Each vertex is made once for the sub-patch, and again for the next; an evaluated surface has none.
-TEST(AlphaTests, WorkIsThatOfTheVerticesOnce) {
+TEST(AlphaTests, WorkCountsEachVertexOnce) {
   const MaskedPatches scene(1);
   Random random(3);
   AlphaTest test;

@@ -78,7 +78,7 @@ TEST(LayerMerger, LayersSubmittedInOrderOfDepthMergeWithoutError) {
   }
 }
 
-TEST(LayerMerger, WhatComesBetweenMergedLayersIsBehindThem) {
+TEST(LayerMerger, ALayerBetweenMergedLayersIsBehindThem) {
   // Room for two; a to e by depth, submitted as a, e, c, d, b. The third makes (c over e), at c's depth; d lies behind
   // that and makes ((c over e) over d): wrong, d was before e. b makes (b over all that); a is nearest throughout.
   const BlendedLayer a = layer(1, 0, {1, 0, 0}, 0.5f), e = layer(5, 1, {0, 1, 0}, 0.25f),
@@ -136,7 +136,7 @@ TEST(LayerMerger, TheOrderOfArrivalDoesNotMatter) {
 
 // ---- In the tile ------------------------------------------------------------------------------------------------
 
-// Blended quads one behind the other, nearest first, before an opaque wall.
+// Blended quads in several depths, nearest first, before an opaque wall.
 PixelScene stack(const std::vector<Vec4>& near_to_far, bool moving) {
   PixelScene scene(16, 16, 4);
   for (std::size_t k = 0; k < near_to_far.size(); ++k) {
@@ -168,7 +168,8 @@ TEST(Blending, ThreeLayersGiveTheAnalyticColour) {
 }
 
 TEST(Blending, OverflowsMergeAndAreCounted) {
-  // Submitted near to far, so that merging is exact; the count is that of a machine with room for two.
+  // The quads are submitted near to far, so that merging is exact; the count equals the count of a machine with room
+  // for two.
   const std::vector<Vec4> colors = {
       {1, 0, 0, 0.5f}, {0, 1, 0, 0.25f}, {0, 0, 1, 0.75f}, {1, 1, 0, 0.5f}, {0, 1, 1, 0.5f}};
   PixelScene scene = stack(colors, false);
@@ -263,7 +264,7 @@ TEST(Blending, ABlendedSurfaceInThePlaneOfAnOpaqueOneIsSeenOnIt) {
 
 // ---- Alpha masks ------------------------------------------------------------------------------------------------
 
-TEST(AlphaMask, AHoleShowsWhatIsBehindWhereItIsAtTheTimeOfTheSample) {
+TEST(AlphaMask, AHoleShowsTheBackgroundWhereItIsAtTheTimeOfTheSample) {
   // Red, with alpha 0 in its left half, over green; the edge starts at pixel 20 and moves by `way` during the shutter.
   Image8 image(2, 1, 4);
   image.values = {255, 255, 255, 0, 255, 255, 255, 255};

@@ -1,4 +1,4 @@
-// Maps of depths: what is read is what was stored, within half a step of the format, and tiles in which nothing casts.
+// Maps of depths: lookups give the stored depth, within half a step of the format; and tiles without casters.
 #include "tilecore/shading/depth_maps.h"
 #include "tests/support/tests.h"
 #include "tilecore/shading/texture_unit.h"
@@ -8,7 +8,7 @@ namespace {
 
 constexpr float kNothing = std::numeric_limits<float>::infinity();
 
-TEST(DepthMaps, MAP1WhatIsReadIsWithinHalfAStepOfWhatWasStored) {
+TEST(DepthMaps, MAP1LookupsAreWithinHalfAStepOfTheStoredDepth) {
   test::Random random(7);
   for (const scene::DepthFormat format :
        {scene::DepthFormat::kD16, scene::DepthFormat::kD24, scene::DepthFormat::kD32F}) {

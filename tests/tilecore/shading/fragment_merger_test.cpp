@@ -6,7 +6,7 @@
 namespace tessera::tilecore::fragment_merger_test {
 namespace {
 
-// What a one-tile scene's samples see.
+// Visibility of the samples of a one-tile scene.
 TileState seen(const PixelScene& scene, TileSamples& samples) {
   TileCore core;
   TileState state;
@@ -41,10 +41,11 @@ scene::Primitive strip(int count, float step, bool smooth, int material, float f
 
 struct Counted {
   std::size_t pairs = 0;   // of a pixel and a primitive that it sees
-  std::size_t groups = 0;  // of those that may be shaded together
+  std::size_t groups = 0;  // of pairs that may be shaded together
 };
 
-// From what samples see alone: pairs, and by flooding over shared edges what is left when neighbours merge.
+// Counts from the samples' visibility alone: pairs, and by flooding over shared edges the groups of neighbours that
+// merge.
 Counted count_independently(const PixelScene& scene, const TileState& state, bool smooth) {
   Counted out;
   const auto spp = static_cast<std::size_t>(scene.pattern.samples_per_pixel());
@@ -106,7 +107,7 @@ TEST(FragmentMerger, ARedAndABlueTriangleOfOneMeshMixAlongTheirEdge) {
   }
 }
 
-TEST(FragmentMerger, FM1FM2InvocationsAreThoseOfAnIndependentCount) {
+TEST(FragmentMerger, FM1FM2InvocationsEqualAnIndependentCount) {
   test::Random random(4);
   std::size_t merged = 0, separate = 0;
   for (int trial = 0; trial < 24; ++trial) {
@@ -212,7 +213,7 @@ TEST(Quads, AreTheBlocksOfFourPixelsThatAPrimitiveTouches) {
   }
 }
 
-TEST(Quads, WhatMovesTakesAQuadForEachInvocation) {
+TEST(Quads, MovingSurfacesTakeAQuadForEachInvocation) {
   PixelScene scene(40, 32, 4);
   const int node = scene.add_quad(5, 5, 20, 20, 0, lit(), true);
   test::add_motion(*scene.capture, node, {9, 3, 0});

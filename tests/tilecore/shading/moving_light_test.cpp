@@ -1,4 +1,4 @@
-// What moves during the shutter besides geometry: lights, what is behind everything, and the pattern of times itself.
+// Motion during the shutter besides geometry: lights, the environment, and the pattern of times itself.
 #include "base/image_metrics.h"
 #include "base/simd_targets.h"
 #include "shaders_cpp/environment.h"
@@ -56,7 +56,7 @@ struct Stage : TestFrame {
   }
 };
 
-TEST(MovingBackground, ACameraThatTiltsBlursWhatIsBehindEverything) {
+TEST(MovingBackground, ATiltingCameraBlursTheBackground) {
   Stage stage;
   const int material = test::add_material(*stage.capture);
   test::add_node(*stage.capture, test::patches(test::flat_patch({50, 50, 50}, {1, 0, 0}, {0, 1, 0}), material));

@@ -1,5 +1,5 @@
-// The pixel shader in warps: the same bits as one invocation alone on every SIMD target, warps as they are packed, and
-// what the texture unit is told.
+// The pixel shader in warps: the same bits as one invocation alone on every SIMD target, the packing of warps, and
+// the requests to the texture unit.
 #include "tilecore/shading/pixel_shader.h"
 #include "base/simd_targets.h"
 #include "scene/light_views.h"
@@ -121,7 +121,7 @@ struct ShaderScene : TestFrame {
   shaders::RadianceImage behind;
   Lighting lighting{shaders::Environment(0.8f)};
 
-  // Of cast_shadows().
+  // Results of cast_shadows().
   scene::ShadowSettings shadow_settings;
   std::vector<std::vector<scene::LightView>> light_views;
   std::vector<DepthMaps> maps;

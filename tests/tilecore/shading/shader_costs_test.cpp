@@ -1,5 +1,5 @@
-// Costs of shaders: the table against the compiler, sums of its rows against shaders compiled whole, and what shipped
-// captures ask of it.
+// Costs of shaders: the table against the compiler, sums of its rows against shaders compiled whole, and the rows
+// that shipped captures need.
 #include "hardware/shader_costs.h"
 #include "scene/capture_reader.h"
 #include "tests/support/tests.h"
@@ -60,12 +60,13 @@ std::string made_again(const std::string& only) {
 }
 
 // SHADE1, for some rows of each kind.
-TEST(ShaderCosts, RowsOfTheTableAreWhatTheCompilerGives) {
+TEST(ShaderCosts, RowsOfTheTableEqualTheCompilers) {
   if (const std::string reason = compiler_or_reason(); !reason.empty()) GTEST_SKIP() << reason;
   const std::string made = made_again(
       "^(unlit|lit/triangles/still|lit/computed/still|add/base_color/quads|alpha_test/triangles/still/quads|"
-      "domain/patch/still|outputs/patch/still|background/studio/still|add/shadow/orthographic/2x2/still)$");
-  EXPECT_EQ(rows_by_name(made).size(), 10u) << "nine rows and the heading";
+      "domain/patch/still|outputs/patch/still|background/studio/still|add/shadow/orthographic/2x2/still|"
+      "fill/triangles/still|light/triangles/still|light/packed/still|add/fill/packed)$");
+  EXPECT_EQ(rows_by_name(made).size(), 14u) << "thirteen rows and the heading";
   EXPECT_THAT(rows_that_differ(made, test::read_text(kTable)), testing::IsEmpty())
       << "run: tilecore/shading/cost/make_costs.py > hardware/shader_costs.csv";
 }
@@ -77,7 +78,7 @@ TEST(ShaderCosts, ARowThatTheCompilerDoesNotGiveIsCaught) {
 }
 
 // SHADE1.
-TEST(ShaderCostsWhole, TheTableIsWhatTheCompilerGives) {
+TEST(ShaderCostsWhole, TheTableEqualsTheCompilersCode) {
   if (const std::string reason = compiler_or_reason(); !reason.empty()) GTEST_SKIP() << reason;
   EXPECT_EQ(made_again(""), test::read_text(kTable))
       << "run: tilecore/shading/cost/make_costs.py > hardware/shader_costs.csv";
@@ -103,6 +104,8 @@ std::string surface_name(Surface surface) {
 // many maps each.
 std::string whole_shader(const ShaderFeatures& f) {
   std::ostringstream out;
+  if (f.stage == Stage::kFill || f.stage == Stage::kLight)
+    out << (f.stage == Stage::kFill ? "stage=fill " : "stage=light ") << (f.packed ? "packed=1 " : "");
   out << "surface=" << surface_name(f.surface)
       << " motion=" << std::array{"still", "moving", "deforming"}[static_cast<std::size_t>(f.motion)]
       << " normals=" << std::array{"of_surface", "mapped", "along_tangents"}[static_cast<std::size_t>(f.normals)];
@@ -160,6 +163,32 @@ std::vector<ShaderFeatures> with_shadows() {
           casting(layered, 0, 2, 2, Filter::k2x2)};
 }
 
+// Halves of shaders with a G-buffer.
+std::vector<ShaderFeatures> halves() {
+  using Filter = ShaderFeatures::ShadowFilter;
+  ShaderFeatures fill, light;
+  fill.stage = Stage::kFill, light.stage = Stage::kLight;
+  std::vector<ShaderFeatures> all;
+  for (const Surface surface : {Surface::kTriangles, Surface::kPatch})
+    for (const bool packed : {false, true}) {
+      ShaderFeatures f = fill;
+      f.surface = surface, f.packed = packed, f.quads = packed;
+      f.base_color = f.metallic_roughness = f.occlusion = f.emissive = true;
+      all.push_back(f);
+      f.normals = Normals::kMapped, f.vertex_colors = true;
+      all.push_back(f);
+      ShaderFeatures lit = light;
+      lit.surface = packed ? Surface::kTriangles : surface, lit.packed = packed;
+      lit.lights[2] = 2;
+      all.push_back(lit);
+      lit.environment_image = true, lit.motion = Motion::kMoving;
+      all.push_back(lit);
+      all.push_back(casting(light, 0, 1, 1, Filter::k2x2));
+      all.back().surface = lit.surface, all.back().packed = packed;
+    }
+  return all;
+}
+
 // SHADE3.
 TEST(ShaderCostsWhole, SumsAreCloseToShadersCompiledAtOnce) {
   if (const std::string reason = compiler_or_reason(); !reason.empty()) GTEST_SKIP() << reason;
@@ -205,6 +234,8 @@ TEST(ShaderCostsWhole, SumsAreCloseToShadersCompiledAtOnce) {
   with_layers(textured, {"clearcoat", "transmission"});
   const std::vector<ShaderFeatures> shadowed = with_shadows();
   all.insert(all.end(), shadowed.begin(), shadowed.end());
+  const std::vector<ShaderFeatures> cut = halves();
+  all.insert(all.end(), cut.begin(), cut.end());
   std::vector<std::string> command = {"/usr/bin/env", "python3", kScript, "--clang", kClang, "--whole"};
   for (const ShaderFeatures& one : all) command.push_back(whole_shader(one));
   const test::ProcessResult made = test::run_process(command, {.seconds = 1700});
@@ -218,7 +249,8 @@ TEST(ShaderCostsWhole, SumsAreCloseToShadersCompiledAtOnce) {
                           &compiled.registers),
               6);
     const ShaderCost sum = shader_cost(one);
-    EXPECT_TRUE(close(sum.vector_operations, compiled.vector_operations, 0.05, 6))
+    const double share = one.stage == Stage::kFill ? 0.07 : 0.05;
+    EXPECT_TRUE(close(sum.vector_operations, compiled.vector_operations, share, 6))
         << name << ": " << sum.vector_operations << ", compiled " << compiled.vector_operations;
     EXPECT_EQ(sum.texture_instructions, compiled.texture_instructions) << name;
     EXPECT_TRUE(close(sum.transcendental, compiled.transcendental, 0.15, 4))
@@ -333,7 +365,7 @@ TEST(ShaderCosts, LookupsOfShadowsAreOneTexelOneSquareOrFour) {
     }
 }
 
-TEST(ShaderCosts, IssueCyclesOfAWarpAreThoseOfItsOperations) {
+TEST(ShaderCosts, IssueCyclesOfAWarpFollowItsOperations) {
   ShaderCost cost;
   cost.vector_operations = 100, cost.transcendental = 5, cost.scalar = 30;
   EXPECT_EQ(lane_clocks(cost), 120);
@@ -350,7 +382,8 @@ struct DriverCount {
   std::int32_t vector_instructions = 0, texture_instructions = 0;
 };
 
-// What Mesa's compiler makes of glsl/material.frag with the given definitions, or nothing, with the reason.
+// Counts of the code that Mesa's compiler makes of glsl/material.frag with the given definitions, or nothing, with
+// the reason.
 std::optional<DriverCount> counted_by_driver(const std::vector<std::string>& definitions, std::string& reason) {
 #ifdef TESSERA_DRIVER_CODE
   const std::string sources = TESSERA_SOURCE_DIR "/tests/tilecore/shading/glsl/material";
@@ -444,7 +477,7 @@ std::set<std::string> features_of(const std::string& name) {
   return found;
 }
 
-TEST(ShaderFeatures, AreThoseOfTheShippedCapturesMaterials) {
+TEST(ShaderFeatures, MatchTheShippedCapturesMaterials) {
   const std::map<std::string, std::set<std::string>> expected = {
       {"eggs",
        {"displaced_patch: lit base_color", "displaced_patch: lit base_color occlusion apart",
@@ -469,7 +502,7 @@ TEST(ShaderFeatures, AreThoseOfTheShippedCapturesMaterials) {
   for (const auto& [name, features] : expected) EXPECT_EQ(features_of(name), features) << name;
 }
 
-TEST(ShaderFeatures, AreWhatTheShaderOfAMaterialReads) {
+TEST(ShaderFeatures, AreTheReadsOfAMaterialsShader) {
   const auto texture =
       std::make_shared<const shaders::Texture>(std::vector<shaders::Texture::Level>{{1, 1, {255, 255, 255, 255}}},
                                                shaders::ColorSpace::kLinear, shaders::TexelBlocks{});

@@ -52,7 +52,7 @@ SurfaceLocation random_location(const MixedScene& scene, Random& random) {
   return at;
 }
 
-TEST(ShadingCells, CELL1ACellDependsNeitherOnTheTimeNorOnWhatWasMeasuredBefore) {
+TEST(ShadingCells, CELL1ACellDependsNeitherOnTheTimeNorOnEarlierMeasurements) {
   const MixedScene scene;
   ShadingCells warm;
   warm.start(*scene.frame);
@@ -134,7 +134,7 @@ ShadingCell numbered(std::uint32_t n) {
   return cell;
 }
 
-// Hits of a stream of lookups in a list that is searched from the front; `refresh` moves what is found to the front.
+// Hits of a stream of lookups in a list that is searched from the front; `refresh` moves a found entry to the front.
 std::vector<bool> hits_in_list(const std::vector<std::uint32_t>& stream, std::size_t capacity, bool refresh) {
   std::deque<std::uint32_t> list;
   std::vector<bool> hits;
@@ -149,7 +149,7 @@ std::vector<bool> hits_in_list(const std::vector<std::uint32_t>& stream, std::si
   return hits;
 }
 
-TEST(ShadingCache, SHC1SHC2FindsWhatWasUsedLastAndNothingElse) {
+TEST(ShadingCache, SHC1SHC2FindsTheLastUsedCellsAndNothingElse) {
   Random random(6);
   ShadingCache cache;
   for (const std::size_t capacity : {1u, 2u, 7u, 100u, 3000u, 1000000u}) {
@@ -168,7 +168,7 @@ TEST(ShadingCache, SHC1SHC2FindsWhatWasUsedLastAndNothingElse) {
       ASSERT_LE(cache.size(), capacity);
     }
     EXPECT_EQ(hits, hits_in_list(stream, capacity, true)) << capacity;
-    // The same check sees a cache that replaces what came first instead.
+    // The same check notices a cache that replaces the oldest entry instead.
     if (capacity > 1 && capacity < 4000) {
       EXPECT_NE(hits, hits_in_list(stream, capacity, false)) << capacity;
     }
@@ -310,10 +310,10 @@ scene::Material waves(int texels) {
 
 TEST(ShadingRateCache, ComesCloseToShadingPerPixelOnATexturedWall) {
   // Per pixel, one colour stands for the pixel; its point lies within half a pixel of the middle in x and y. Through
-  // the cache, the colour of a sample is that of its cell's middle, evenly spread within half a cell, which is at most
-  // sqrt(2) pixels: along an axis rms 0.5 / sqrt(3) = 0.29 and 0.71 / sqrt(3) = 0.41 pixels. A sine of amplitude a and
-  // wave length w changes by at most 2 pi a / (w sqrt(2)) rms a pixel; texels of 8 bits add less than 0.003. Averaging
-  // only helps.
+  // the cache, a sample has the colour of its cell's middle, evenly spread within half a cell, which is at most
+  // sqrt(2) pixels: along an axis rms 0.5 / sqrt(3) = 0.29 and 0.71 / sqrt(3) = 0.41 pixels. A sine of amplitude a
+  // and wave length w changes by at most 2 pi a / (w sqrt(2)) rms a pixel; texels of 8 bits add less than 0.003.
+  // Averaging only helps.
   const double slope = 2 * std::numbers::pi * kAmplitude / (kWave * std::numbers::sqrt2),
                bound = slope * (0.29 + 0.41) + 0.003;
   const double least_psnr = -20 * std::log10(bound);
@@ -369,7 +369,7 @@ TEST(ShadingRateCache, CostDoesNotGrowWithMotionBlur) {
   }
 }
 
-TEST(ShadingRateCache, TilesShadeAgainWhatBlurCarriesIntoThem) {
+TEST(ShadingRateCache, TilesShadeAgainCellsThatBlurCarriesIntoThem) {
   // A wall that moves by L pixels along rows of tiles of side T: each tile sees T + L columns of cells.
   PixelScene scene(128, 32, 64);
   test::add_motion(*scene.capture, scene.add_quad(-128, -16, 512, 64, 0, waves(64), true), {48, 0, 0});

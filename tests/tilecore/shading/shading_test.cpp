@@ -149,7 +149,7 @@ TEST(PixelShader, UnlitShowsFactorTimesTextureTimesVertexColour) {
   EXPECT_EQ(point.alpha, 1.0f);  // opaque materials have no alpha
 }
 
-TEST(PixelShader, AlphaIsThatOfBlendedMaterialsOnly) {
+TEST(PixelShader, OnlyBlendedMaterialsHaveAlpha) {
   scene::Material material;
   material.base_color.w = 0.25f;
   EXPECT_EQ(shade_quad(material).alpha, 1.0f);
@@ -297,7 +297,7 @@ TEST(TileCore, TheImageDoesNotDependOnTheOrderOrDivisionOfTheEntries) {
 
 TEST(TileCore, SamplesOutsideTheTimesOfAnEntryAreNotTestedAgainstIt) {
   TileScene scene(true);
-  scene.job.forced.motion = true;  // what does not move has all times, and a raster path that knows of none
+  scene.job.forced.motion = true;  // a still patch has all times, and a raster path without times
   const Rendered expected = render(scene, scene.entries, 1);
   std::vector<binner::ListEntry> early = scene.entries, both;
   for (auto& e : early) e.t1 = 99;
@@ -306,7 +306,7 @@ TEST(TileCore, SamplesOutsideTheTimesOfAnEntryAreNotTestedAgainstIt) {
     e.t0 = 100;
     both.push_back(e);
   }
-  // The shutter in two parts sees what the whole sees, with the same tests; one part alone is caught.
+  // The shutter in two parts sees the same as the whole, with the same tests; one part alone is caught.
   const Rendered parts = render(scene, both, 1), part = render(scene, early, 1);
   EXPECT_EQ(parts.targets.color.values, expected.targets.color.values);
   EXPECT_EQ(parts.shading.samples_visible, expected.shading.samples_visible);
@@ -364,7 +364,7 @@ struct LayeredScene : TestFrame {
   }
 };
 
-TEST(TileCore, BlendedSurfacesAreComposedOverWhatIsBehind) {
+TEST(TileCore, BlendedSurfacesAreComposedOverTheirBackground) {
   const Vec4 c = LayeredScene(scene::AlphaMode::kBlend, 0.25f, 0.5f).colour();
   EXPECT_NEAR(c.x, 0.25f, 1e-6f);
   EXPECT_NEAR(c.y, 0.75f, 1e-6f);

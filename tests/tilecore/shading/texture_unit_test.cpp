@@ -1,4 +1,4 @@
-// Which lines of the emulated memory lookups in textures need.
+// Lines of the emulated memory that lookups in textures need.
 #include "tilecore/shading/texture_unit.h"
 #include "tests/support/tests.h"
 
@@ -39,7 +39,8 @@ std::set<std::uint32_t> lines_of(const TextureMemory& memory, std::int64_t line_
   return distinct;
 }
 
-// Invariant TX1, from the outside: a texel whose colour changes what a lookup returns lies in a line that it asked for.
+// Invariant TX1, from the outside: a texel whose colour changes a lookup's result lies in a line that the lookup
+// asked for.
 TEST(TextureUnit, ALookUpAsksForTheLinesOfAllTexelsThatItDependsOn) {
   test::Random random(17);
   constexpr int kSize = 8;

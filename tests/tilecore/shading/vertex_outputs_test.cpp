@@ -1,4 +1,5 @@
-// Vertices that pixels interpolate: what they are, how often they are evaluated, how near the surface is to the patch.
+// Vertices that pixels interpolate: their values, the number of their evaluations, the distance of the surface from
+// the patch.
 #include "tilecore/shading/vertex_outputs.h"
 #include "base/simd_targets.h"
 #include "tests/support/procedures.h"
@@ -213,7 +214,7 @@ std::array<double, 2> errors(double edge) {
 
 // Linear interpolation.
 TEST(VertexOutputs, TheErrorFallsWithTheSquareOfTheEdge) {
-  // Factors are whole: over eight times the edge, 64 times the error, what they are rounded to is little.
+  // Factors are whole: over eight times the edge, 64 times the error, rounding them changes little.
   const std::array<double, 2> coarse = errors(24), fine = errors(3);
   for (std::size_t k = 0; k < 2; ++k) {
     EXPECT_GT(coarse[k] / fine[k], 64 / 1.6) << (k == 0 ? "place" : "normal");
@@ -221,8 +222,9 @@ TEST(VertexOutputs, TheErrorFallsWithTheSquareOfTheEdge) {
   }
 }
 
-// A flat displaced patch, scaled, turned, mirrored and moving: what its triangles lack of the normal pixels look up, so that
-// with shading.surface=frame it is exact however long edges are. Without the gradient, the twin, it is far off.
+// A flat displaced patch, scaled, turned, mirrored and moving: pixels look up the part of the normal that its
+// triangles lack, so that with shading.surface=frame it is exact for edges of any length. Without the gradient, the
+// twin, it is far off.
 TEST(VertexOutputs, VO1WithFrameFlatPatchesHaveExactNormalsInsideTriangles) {
   for (std::uint32_t seed = 0; seed < 8; ++seed) {
     Random random(seed);
@@ -275,7 +277,7 @@ TEST(VertexOutputs, VO1WithFrameFlatPatchesHaveExactNormalsInsideTriangles) {
   }
 }
 
-TEST(VertexOutputs, TangentsAreThoseOfThePatch) {
+TEST(VertexOutputs, TangentsFollowThePatch) {
   const BentPatches scene(0, false, true);
   EXPECT_TRUE(has_vertex_tangents(*scene.drawable().material));
   VertexOutputs outputs;
@@ -362,7 +364,7 @@ TEST(VertexOutputs, VO3BetweenVerticesOfAProcedureIsItsTriangle) {
   EXPECT_LT(fine[2], coarse[2] / 2.5) << "derivatives of the plane: by the edge";
 }
 
-TEST(VertexOutputs, BytesAreThoseOfWhatIsRead) {
+TEST(VertexOutputs, BytesFollowFromTheReadAttributes) {
   const BentPatches still(0), moving(1), mapped(0, false, true);
   EXPECT_EQ(vertex_output_bytes(*still.frame, still.drawable()), 12u + 16 + 12 + 16) << "place, raster, normal, colour";
   ASSERT_TRUE(moving.drawable().moving);
@@ -374,7 +376,7 @@ TEST(VertexOutputs, BytesAreThoseOfWhatIsRead) {
 }
 
 // The normal map of a coat reads along one coordinate and anisotropy runs along another: pixels derive both frames of
-// tangents, that of the anisotropy from coordinates at which no texture is read.
+// tangents, anisotropy's frame from coordinates at which no texture is read.
 TEST(VertexOutputs, CoordinatesThatPixelsDeriveTangentsFromAreThere) {
   const BentPatches scene(0);
   scene::Material material = *scene.drawable().material;

@@ -1,4 +1,4 @@
-// Meshes that the host keeps between tiles, and what memory they take from frame to frame.
+// Meshes that the host keeps between tiles, and their memory from frame to frame.
 #include "tilecore/tessellation/mesh_store.h"
 #include "tests/support/tests.h"
 #include "tests/tilecore/support.h"

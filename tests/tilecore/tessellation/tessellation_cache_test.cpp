@@ -47,7 +47,7 @@ TessellationRequest request(std::uint32_t patch, std::vector<VertexGroup> groups
 
 constexpr IntRect kAll{0, 0, 4, 2};
 
-TEST(TessellationCache, OfEqualsWhatWasUsedLongestAgoLeavesFirst) {
+TEST(TessellationCache, AmongEqualsTheLeastRecentlyUsedLeavesFirst) {
   Machine m(4, 2, TileSequence::kRows, 2 * kLine + 3 * kOutline);
   const auto a = request(1, {group(0, kAll)}), b = request(2, {group(0, kAll)}), c = request(3, {group(0, kAll)}, 2);
   EXPECT_EQ(m.use(0, {a, b}), 128u);
@@ -58,7 +58,7 @@ TEST(TessellationCache, OfEqualsWhatWasUsedLongestAgoLeavesFirst) {
   EXPECT_EQ(m.cache.counters().compulsory_evaluations, 192u);
 }
 
-TEST(TessellationCache, WhatNoListNamesAnyMoreLeavesFirst) {
+TEST(TessellationCache, GroupsThatNoListNamesAnyMoreLeaveFirst) {
   for (const bool named : {true, false}) {
     Machine m(4, 2, TileSequence::kRows, 2 * kLine + 3 * kOutline);
     const auto b = request(2, {group(0, kAll)}, named ? 2 : 1), a = request(1, {group(0, kAll)}, 1),
@@ -82,7 +82,7 @@ TEST(TessellationCache, AUseThatTheCoreDroppedIsOverToo) {
   }
 }
 
-TEST(TessellationCache, WhatTheOrderOfTilesBringsBackLastLeavesFirst) {
+TEST(TessellationCache, GroupsThatReturnLastInTileOrderLeaveFirst) {
   // 0 1 2 3    a: 0, 4    b: 0, 1, 2    c: 1, 2
   // 4 5 6 7
   Machine m(4, 2, TileSequence::kRows, 2 * kLine + 3 * kOutline);
@@ -93,7 +93,7 @@ TEST(TessellationCache, WhatTheOrderOfTilesBringsBackLastLeavesFirst) {
   EXPECT_EQ(m.use(2, {b}), 0u);
 }
 
-TEST(TessellationCache, WhatWouldLeaveFirstIsNotKept) {
+TEST(TessellationCache, AGroupThatWouldLeaveFirstIsNotKept) {
   // The third comes back after both others, or never: it passes by.
   for (const bool never : {true, false}) {
     Machine m(4, 2, TileSequence::kRows, 2 * kLine + 3 * kOutline);
@@ -106,7 +106,7 @@ TEST(TessellationCache, WhatWouldLeaveFirstIsNotKept) {
 }
 
 TEST(TessellationCache, TilesThatBeginAnewAreComparedAgain) {
-  // By what the first round left, neither a nor b would come back, and a was used longer ago.
+  // By the order that the first round left, neither a nor b would come back, and a was used longer ago.
   Machine m(4, 2, TileSequence::kRows, 2 * kLine + 3 * kOutline);
   const auto a = request(1, {group(0, {0, 0, 2, 1})}, 9), b = request(2, {group(0, {3, 1, 4, 2})}, 9),
              c = request(3, {group(0, {0, 0, 2, 1})}, 9);
@@ -135,7 +135,7 @@ TEST(TessellationCache, ATileNeedsOnlyTheGroupsThatItTouches) {
   EXPECT_EQ(m.use(1, {a}), 0u);
   EXPECT_EQ(m.cache.counters().group_tests, 2u);
 
-  // Room for two groups: what a tile does not touch need not come back.
+  // Room for two groups: groups that a tile does not touch need not come back.
   Machine small(4, 2, TileSequence::kRows, 2 * kLine + 4 * kOutline);
   small.use(0, {a});
   EXPECT_EQ(small.use(0, {request(2, {group(0, kAll)})}), 64u);  // the first group leaves
@@ -183,7 +183,7 @@ TEST(TessellationCache, RigidVerticesAreTransformedWhenTheyAreRead) {
 
 // ---- Laws -----------------------------------------------------------------------------------------------------------
 
-// Tiles in their order, and what each asks for: sub-patches of one or two groups, over rectangles of tiles.
+// Tiles in their order, with their requests: sub-patches of one or two groups, over rectangles of tiles.
 struct Scene {
   static constexpr int kColumns = 12, kRows = 10;
   std::vector<std::pair<binner::TileIndex, std::vector<TessellationRequest>>> tiles;
@@ -225,8 +225,8 @@ std::vector<std::uint32_t> uses_of(const Scene& scene) {
   return uses;
 }
 
-// Misses of a memory with room for `lines` groups of one size, where `leaves` picks what leaves from the patches that were
-// kept, the longest unused first: after use k.
+// Misses of a memory with room for `lines` groups of one size. After use k, `leaves` picks the patch that leaves from
+// the kept patches, the longest unused first.
 template <class Leaves>
 std::uint64_t misses_of(const std::vector<std::uint32_t>& uses, std::size_t lines, const Leaves& leaves) {
   std::vector<std::uint32_t> kept;
@@ -241,7 +241,7 @@ std::uint64_t misses_of(const std::vector<std::uint32_t>& uses, std::size_t line
   return misses;
 }
 
-// When what is used last leaves first or is not kept (Belady).
+// Misses of a cache in which the patch that is used last leaves first or is not kept (Belady).
 std::uint64_t optimal_misses(const Scene& scene, std::size_t lines) {
   const std::vector<std::uint32_t> uses = uses_of(scene);
   return misses_of(uses, lines, [&](std::vector<std::uint32_t>& kept, std::size_t k) {
@@ -278,7 +278,7 @@ TEST(TessellationCache, TC1TC2TC3NoCapacityEvaluatesMoreThanNoneOrLessThanAll) {
   }
 }
 
-TEST(TessellationCache, LosesLessThanHalfOfWhatLruLosesAgainstTheOptimum) {
+TEST(TessellationCache, LosesLessThanHalfAsMuchAsLruAgainstTheOptimum) {
   // All groups are as large, all outlines fit beside them.
   constexpr int kSubPatches = 40;
   Random random(12);

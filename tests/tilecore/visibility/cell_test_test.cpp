@@ -33,7 +33,7 @@ int integer_sign(Point a, Point b, Point s) {
   return bx > ax ? 1 : bx < ax ? -1 : 0;
 }
 
-TEST(EdgeSign, IsThatOfExactFixedPointArithmetic) {
+TEST(EdgeSign, EqualsExactFixedPointArithmetic) {
   Random random(1);
   for (int trial = 0; trial < 200000; ++trial) {
     const int reach = trial % 2 == 0 ? 40 : 1 << 21;  // many ties; up to 8192 pixels
@@ -42,7 +42,7 @@ TEST(EdgeSign, IsThatOfExactFixedPointArithmetic) {
   }
 }
 
-TEST(EdgeSign, OfTheReversedEdgeIsTheOpposite) {
+TEST(EdgeSign, IsOppositeForTheReversedEdge) {
   Random random(2);
   for (int trial = 0; trial < 100000; ++trial) {
     const float ax = random.uniform(-1, 1), ay = random.uniform(-1, 1);

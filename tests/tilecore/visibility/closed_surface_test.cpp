@@ -133,7 +133,7 @@ TEST(ClosedSurface, ACellLeftOutIsCaught) {
 
 // ---- Through the camera -----------------------------------------------------------------------------------------
 
-// What hits the samples of a single tile: depths by sample.
+// Depths of the hits on the samples of a single tile, by sample.
 class DepthSink final : public HitSink {
  public:
   std::multimap<std::uint32_t, float> depths;
@@ -251,7 +251,7 @@ TEST(CoplanarPatches, WhereTwoMoveTogetherTheLowerNumberIsSeenWhateverTheOrderAn
 
 // ---- Few and many -----------------------------------------------------------------------------------------------
 
-TEST(TileCore, TilesOfOneSampleSeeWhatOneTileSees) {
+TEST(TileCore, TilesOfOneSampleEqualOneTile) {
   const auto machine = inside_a_ball(1);
   machine->test.pose(6, 4);
   machine->pattern = SamplePattern({1, 5, 0});

@@ -10,7 +10,7 @@ namespace tessera::tilecore {
 
 struct ExactCorner {
   double x, y, z;  // relative to the sample; depth
-  double error;    // pixels by which single precision may be off: 16 u of what is added up
+  double error;    // pixels by which single precision may be off: 16 u of the summands
 };
 
 inline ExactCorner exact_corner(const MethodMesh& m, std::size_t v, std::size_t s) {
@@ -22,7 +22,7 @@ inline ExactCorner exact_corner(const MethodMesh& m, std::size_t v, std::size_t 
                focus = static_cast<double>(m.settings.inverse_focus);
   const double factor = m.settings.orthographic ? 1 - z * focus : 1 / z - focus, largest = std::max(z0, z1);
   const double factor_size =
-      m.settings.orthographic ? 1 + largest * focus : largest / (z * z) + focus;  // of what it is the difference of
+      m.settings.orthographic ? 1 + largest * focus : largest / (z * z) + focus;  // size of the terms of the difference
   double error = 0;
   const auto at = [&](float open, float close, float sample, double point) {
     const double x0 = static_cast<double>(open), way = motion ? static_cast<double>(close) - x0 : 0.0;
@@ -35,7 +35,7 @@ inline ExactCorner exact_corner(const MethodMesh& m, std::size_t v, std::size_t 
   return {x, y, z, 0x1p-20 * error};
 }
 
-// Where a sample is with respect to a triangle.
+// Place of a sample with respect to a triangle.
 struct ExactHit {
   enum Answer { kOutside, kInside, kTooCloseToSay } answer = kOutside;
   double z = 0, z_error = 0;

@@ -1,5 +1,5 @@
-// Hard cases of visibility, each by name: what is found against double precision (exact_hits.h) or against a count, and
-// the same by every method.
+// Hard cases of visibility, each by name: hits against double precision (exact_hits.h) or against a count, the same
+// by every method.
 #include "tests/support/tests.h"
 #include "tests/tilecore/visibility/exact_hits.h"
 
@@ -18,7 +18,7 @@ void expect_exact(const MethodMesh& m, Comparison& total) {
   expect_all_methods_find(m, found);
 }
 
-TEST(HardCases, HitsAreThoseOfDoublePrecisionUnderAllEffects) {
+TEST(HardCases, HitsEqualDoublePrecisionUnderAllEffects) {
   Random random(1);
   Comparison total;
   for (const bool orthographic : {false, true})

@@ -42,7 +42,7 @@ MethodMesh random_grid(test::Random& random, int trial) {
   return random_mesh(random, options);
 }
 
-TEST(LeafGrid, HitsAndCountsAreThoseOfTheSameCellsWithoutItOnEveryInstructionSet) {
+TEST(LeafGrid, HitsAndCountsAreTheSameWithoutItOnEveryInstructionSet) {
   test::Random random(81);
   std::size_t hits = 0;
   for (int trial = 0; trial < 32; ++trial) {

@@ -89,7 +89,7 @@ TEST(MethodChoice, BoxesAreBuiltInEveryTile) {
 }
 
 // Under motion the frustum of a few pixels meets nodes that no sample of theirs does.
-TEST(MethodChoice, FrustaMeetWhatCrossesThemAtAnyTime) {
+TEST(MethodChoice, UnderMotionFrustaMeetMoreNodesThanRays) {
   TestCosts costs = turning_mesh();
   costs.bundles = 10'000'000;
   EXPECT_EQ(settled({}, costs, {true, false}, {4, 0}).traversal, Traversal::kClass);
@@ -103,7 +103,7 @@ TEST(MethodChoice, RaysThroughALensMissMore) {
   EXPECT_EQ(settled(open, costs, {true, true}, {4, 10}).traversal, Traversal::kClass);
 }
 
-TEST(MethodChoice, WhatIsAskedForStays) {
+TEST(MethodChoice, ARequestedTraversalStays) {
   VisibilityMethodSettings rays;
   rays.traversal = Traversal::kRay;
   TestCosts costs = turning_mesh();

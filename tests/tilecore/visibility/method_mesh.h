@@ -152,7 +152,7 @@ struct NamedMethod {
   VisibilityMethodSettings settings;
 };
 
-// What the default finds: leaf by leaf, by classes of samples.
+// Hits that the default method finds: leaf by leaf, by classes of samples.
 inline std::set<HitSet::Key> hits_by_class(const MethodMesh& m) {
   HitSet sink;
   VisibilityWork work;
@@ -164,7 +164,7 @@ inline std::set<HitSet::Key> hits_by_class(const MethodMesh& m) {
   return sink.hits;
 }
 
-// Every method but that, some with several settings.
+// Every method but the default, some with several settings.
 inline std::vector<NamedMethod> methods_of_units() {
   using M = VisibilityMethod;
   return {{"brute", {M::kBrute}},
@@ -201,7 +201,7 @@ inline Found find(const MeshInTile& in, const VisibilityMethodSettings& method) 
   return found;
 }
 
-// `by_class` false: the samples are not those of their pattern.
+// With `by_class` false the samples do not belong to their pattern, and methods that go by classes are left out.
 inline void expect_all_methods_find(const MethodMesh& m, const std::set<HitSet::Key>& expected, bool by_class = true) {
   if (by_class) {
     EXPECT_EQ(hits_by_class(m), expected);

@@ -164,7 +164,7 @@ TEST(BundleFrustum, DropsTheDepthPlanesOnlyWhenNothingCrossesThem) {
   box.low[1][2] = box.low[0][2] = 4;
   box.high[1][2] = box.high[0][2] = 5;
   EXPECT_TRUE(frustum.outside(box));
-  // A box that starts right at the plane may still tie with what is seen there.
+  // A box that starts right at the plane may still tie with a surface that is seen there.
   box.low[1][2] = box.low[0][2] = 3;
   EXPECT_FALSE(frustum.outside(box));
 }
@@ -340,7 +340,7 @@ TEST(MotionBvh, ARayReachesEveryCellThatTheInsideTestFinds) { EXPECT_EQ(unreache
 
 TEST(MotionBvh, RaysThroughBoxesOfShutterOpenOnlyAreCaught) { EXPECT_GT(unreached(7, true), 100); }
 
-TEST(MotionBvh, RaysParallelToASlabMeetWhatTheyAreInside) {
+TEST(MotionBvh, RaysParallelToASlabMeetTheBoxesThatTheyAreInside) {
   // The sample in the middle of the tile: both directions are zero.
   for (const bool orthographic : {false, true}) {
     MethodMesh m;

@@ -50,7 +50,7 @@ TEST(VisibilityMethods, AgreeWhenAllSamplesHaveOneTime) {
     MethodMesh m = random_mesh(random, {{true, code == 1 << 15}});
     for (auto& time : m.samples.time) time = static_cast<std::uint16_t>(code);
     m.samples.half_quantum = 0;
-    // The pattern's classes have that time, too: all of them are those of one stencil value.
+    // The pattern's classes have that time, too: all of them are classes of one stencil value.
     SampleClasses classes = m.pattern->classes();
     std::fill(classes.t.begin(), classes.t.end(), static_cast<float>(code) / 65536);
     for (int k = 0; k <= 256; ++k) classes.first_at[static_cast<std::size_t>(k)] = k <= code >> 8 ? 0 : classes.count;
@@ -140,13 +140,13 @@ TEST(VisibilityMethods, OnlySamplesWithinTheEntrysTimesAreTested) {
   }
 }
 
-TEST(VisibilityMethods, HitsBehindWhatASampleSeesMayBeLeftOutOthersMayNot) {
+TEST(VisibilityMethods, OnlyHitsBehindASamplesSurfaceMayBeLeftOut) {
   Random random(8);
   std::uint64_t with = 0, without = 0;
   for (int trial = 0; trial < 8; ++trial) {
     MethodMesh m = random_mesh(random, {{true, trial % 2 == 0}, trial % 4 > 1});
     const auto all = all_pairs(m);
-    // What samples see already: the depth of one of their hits, or something random.
+    // Depths that samples see already: the depth of one of their hits, or a random depth.
     std::vector<float> depth(m.samples.count);
     for (float& z : depth) z = random.uniform(0.5f, 5);
     for (const HitSet::Key& hit : all)
@@ -242,7 +242,7 @@ TEST_P(Scenes, AllMethodsAndTileSizesFindTheHitsOfTheDefault) {
   if (c.orthographic) camera.type = scene::Camera::Type::kOrthographic;
   if (c.lens) camera.lens = {0.05f, 2.0f};
   test::add_camera(*test.capture, {0, 0, c.camera_z}, camera);
-  // What is near is large: fewer pixels.
+  // Near surfaces are large: fewer pixels.
   if (c.camera_z < 1)
     test.pose(24, 16);
   else
@@ -279,7 +279,7 @@ Rate rate_of(const TestFrame& test, const VisibilityMethodSettings& method) {
           static_cast<double>(counters.tilecore.box_tests) / by, hits};
 }
 
-// What moves otherwise than along: the default takes the way whose boxes follow.
+// For each kind of motion the default takes the traversal whose boxes follow it.
 TEST(VisibilityMethods, TurningAndComingCloserTakeTheDefaultNoMoreTestsThanEitherWay) {
   for (const char* motion : {"along", "turning", "closer"}) {
     TestFrame test;
@@ -307,7 +307,7 @@ TEST(VisibilityMethods, TurningAndComingCloserTakeTheDefaultNoMoreTestsThanEithe
 }
 
 // A street of walls that the camera flies through: all cells beside it cross the camera's plane during the shutter.
-TEST(VisibilityMethods, WhatCrossesTheNearPlaneTakesFewTestsPerHitByEachMethodInItsWay) {
+TEST(VisibilityMethods, CellsAcrossTheNearPlaneTakeFewTestsPerHitByEveryMethod) {
   TestFrame test;
   scene::Material material;
   material.double_sided = true;
@@ -358,7 +358,7 @@ TEST(VisibilityMethods, WhatCrossesTheNearPlaneTakesFewTestsPerHitByEachMethodIn
   std::printf("\n");
 }
 
-// ---- What the methods are for -----------------------------------------------------------------------------------
+// ---- Purpose of the methods -------------------------------------------------------------------------------------
 
 TEST(VisibilityMethods, AsBlurGrowsBruteForceCollapsesAndTheBvhDoesNot) {
   const auto efficiency = [](const VisibilityMethodSettings& method, float blur) {

@@ -8,7 +8,7 @@
 namespace tessera::tilecore::visibility_test {
 namespace {
 
-// What visibility works on, without a scene: random cells, moving, at random depths.
+// Inputs of visibility without a scene: random cells, moving, at random depths.
 struct RandomMesh {
   MicroMesh mesh;
   RayEffects effects;
@@ -162,7 +162,7 @@ TEST_P(Visibility, EveryPatternAndPrecisionOfTimeFindsTheHitsOfBruteForce) {
 }
 
 // A sample that already sees something nearer than the leaf is not tested; one that sees something as near is.
-TEST_P(Visibility, WhatLiesBehindTheSamplesDepthIsLeftOutAndNothingElse) {
+TEST_P(Visibility, OnlyHitsBehindTheSamplesDepthAreLeftOut) {
   const auto [motion, lens, orthographic] = GetParam();
   Random random(80);
   for (int trial = 0; trial < 6; ++trial) {
@@ -170,7 +170,7 @@ TEST_P(Visibility, WhatLiesBehindTheSamplesDepthIsLeftOutAndNothingElse) {
     std::vector<float> depth(mesh.samples.count);
     for (float& z : depth) z = random.coin() ? std::numeric_limits<float>::infinity() : random.uniform(0.6f, 4);
     auto expected = brute_force(mesh);
-    // Ties must arrive: some samples see exactly what they would hit.
+    // Ties must arrive: some samples already have exactly the depth of their hit.
     for (const auto& hit : expected)
       if (std::get<0>(hit) % 5 == 0) depth[std::get<0>(hit)] = std::get<2>(hit);
     std::erase_if(expected, [&](const HitSet::Key& hit) { return std::get<2>(hit) > depth[std::get<0>(hit)]; });

@@ -1,8 +1,8 @@
 #pragma once
 
-// What a draw's constants are to a driver: which features a shader has is known when it is compiled, every number is in
-// a constant buffer. Stands in for scene/ and for tilecore/shading/draw_inputs.h under the names that lane_shader.inc
-// uses. Compiled by make_costs.py alone.
+// A draw's constants as a driver sees them: the features of a shader are known when it is compiled, every number is in
+// a constant buffer. Replaces scene/ and tilecore/shading/draw_inputs.h under the names that lane_shader.inc uses. Only
+// make_costs.py compiles it.
 
 #include <array>
 #include <cstddef>
@@ -21,7 +21,7 @@ namespace tessera::gpu_cost {
 using ImageResource = std::int32_t __attribute__((ext_vector_type(8)));
 using ImageSampler = std::int32_t __attribute__((ext_vector_type(4)));
 
-// A texture as descriptors have it.
+// A texture in the form of descriptors.
 struct ImageConstants {
   ImageResource resource;
   ImageSampler sampler;
@@ -29,7 +29,7 @@ struct ImageConstants {
   std::int32_t levels;
 };
 
-// The maps of a light: how the camera's raster space at both keys is put into that of a layer.
+// The maps of a light, with the matrices from the camera's raster space at both keys to each layer's.
 inline constexpr std::size_t kMaxShadowLayers = 4;
 struct ShadowUniforms {
   float from_raster[kMaxShadowLayers][2][16], bias[kMaxShadowLayers], size, texel, t, slope_bias, max_slope;
@@ -57,7 +57,7 @@ struct EnvironmentMap {
 };
 struct Sampler {};
 
-// As shadow_map.h. The maps of a light are the layers of one image.
+// As in shadow_map.h. The maps of a light are the layers of one image.
 enum class ShadowFilter : std::uint8_t { kNearest, k2x2, k3x3 };
 struct ShadowLayer {
   std::array<Mat4, 2> from_raster{Mat4(1.0f), Mat4(1.0f)};
@@ -78,7 +78,7 @@ struct ShadowView {
 
   bool casts() const { return there; }
 };
-// Slots with one number of a coordinate have one transform, too.
+// Slots with the same coordinate number also have the same transform.
 template <class T>
 struct SharedByCoordinate : T {
   using T::T;
@@ -94,7 +94,7 @@ struct TextureTransform {
 
 namespace tessera::scene {
 
-// Whether something is there is known when a shader is compiled, where is not: neither is a pointer that may be null.
+// A compiled shader knows whether a buffer exists, but not its address: neither is a pointer that may be null.
 template <class T>
 struct Buffer {
   bool there = false;
@@ -197,7 +197,7 @@ struct DrawConstants {
   bool shadow_keys = false;
 };
 
-// No texture unit is told of lookups.
+// No texture unit gets lookups.
 struct LineSide {
   int texels;
   std::int32_t multiplier;

@@ -1,7 +1,7 @@
 #pragma once
 
-// One lane of a GPU of the gfx1030 ISA as the scalar type of shaders: what stages ask of it is what the hardware has.
-// Compiled by make_costs.py alone.
+// One lane of a GPU of the gfx1030 ISA as the scalar type of shaders: operations of stages map to the hardware's own.
+// Only make_costs.py compiles it.
 
 #include <cstdint>
 
@@ -10,15 +10,15 @@
 
 namespace tessera::gpu_lane {
 
-// A comparison. Shaders that ask all lanes follow the stated path: the common case holds in all of them (a patch's
-// normal is regular), and what any lane may need is executed.
+// A comparison. Shaders that test all lanes follow the assumed path: all lanes are in the common case (a patch's normal
+// is regular), and a branch that any lane may need is executed.
 struct LaneMask {
   bool m;
 };
 inline bool any(LaneMask) { return true; }
 inline bool all(LaneMask) { return true; }
 inline LaneMask both(LaneMask a, LaneMask b) { return {a.m && b.m}; }
-// Whether lanes have the same number, which is not a common case but a matter of what they read: `kSame` says so.
+// Whether lanes have the same number. This is no common case but depends on their reads: `kSame` decides.
 template <bool kSame>
 struct EqualMask : LaneMask {};
 template <bool kSame>
@@ -26,7 +26,7 @@ bool all(EqualMask<kSame>) {
   return kSame;
 }
 
-// What varies and what is known when a shader is compiled, apart: the latter goes into instructions as an offset.
+// Keeps the varying part and the part known at compile time separate: the latter goes into instructions as an offset.
 template <bool kSame>
 struct IntLane {
   std::int32_t varying = 0, known = 0;
@@ -86,7 +86,7 @@ template <bool kSame>
 Lane<kSame> to_float(IntLane<kSame> a) {
   return static_cast<float>(a.sum());
 }
-// As buffers are read: a base in scalar registers, an offset in bytes that 32 bits hold and one in the instruction.
+// Reads as from a buffer: a base in scalar registers, a 32-bit offset in bytes, and one in the instruction.
 template <class T, bool kSame>
 T read_buffer(const T* values, IntLane<kSame> at) {
   const auto bytes = static_cast<std::uint32_t>(at.varying) * static_cast<std::uint32_t>(sizeof(T));

@@ -1,10 +1,11 @@
 #pragma once
 
 // Pixel shaders, alpha tests and domain shaders of one set of features each, from the text that the machine runs.
-// make_costs.py instantiates them, gives them the calling convention of pixel shaders (what is in `Uniforms` comes in
-// scalar registers, the other arguments in vector registers) and counts.
+// make_costs.py instantiates them, gives them the calling convention of pixel shaders (`Uniforms` in scalar registers,
+// the other arguments in vector registers) and counts.
 
 #include "tilecore/shading/cost/gpu_stages.h"
+#include "tilecore/shading/gbuffer_packing.h"
 
 namespace tessera::gpu_cost {
 
@@ -20,7 +21,7 @@ using tilecore::TextureLayoutView;
 #define TESSERA_COUNTED_SHADER
 #include "tilecore/shading/lane_shader.inc"
 
-// Vertices come posed: where they are in the image is fetched like any other attribute.
+// Vertices are posed in advance: their places in the image are fetched like any other attribute.
 template <bool kSame>
 void set_triangle_raster(const DrawConstants& draw, const LaneInputs<Lane<kSame>>& in, LaneSurface<Lane<kSame>>& s) {
   using Real = Lane<kSame>;
@@ -48,7 +49,7 @@ void set_triangle_raster(const DrawConstants& draw, const LaneInputs<Lane<kSame>
   s.raster_q = {c.x - a.x, c.y - a.y, c.z - a.z, c.w - a.w};
 }
 
-// ---- What a draw has ------------------------------------------------------------------------------------------------
+// ---- Inputs of a draw -----------------------------------------------------------------------------------------------
 
 struct TextureUniforms {
   float transform[6];
@@ -78,7 +79,7 @@ struct Uniforms {
     float diffuse[9][3];
     ImageConstants image;
   } around;
-  // The numbers of every effect; `layers` has those that were measured as neighbours, which one load brings.
+  // The numbers of every effect; `layers` holds the numbers that were measured as neighbours, which one load fetches.
   struct EffectUniforms {
 #define EFFECT(Name, ...) struct {
 #define NUMBER(member, ...) float member;
@@ -94,6 +95,7 @@ struct Uniforms {
   } rays;
   float height_metric[2][9];
   ShadowUniforms shadows[2];
+  const TESSERA_GLOBAL float* gbuffer;  // a sample behind the other, and its depth
 };
 
 enum class Surface { kTriangles, kPatch, kDisplacedPatch, kComputed };
@@ -112,16 +114,17 @@ struct Shader {
   int lights = 0;
   LightKind light = LightKind::kDirectional;
   bool light_moves = false;
-  bool apart = false;  // emission has a texture coordinate of its own
-  // Layers: the material has some; a texture of the coat; its normal map; which.
+  bool apart = false;  // emission has its own texture coordinate
+  // Layers: whether the material has some; whether the coat has a texture, and a normal map; the effects.
   bool layered = false, layer_texture = false, coat_normals = false;
 #define EFFECT(Name, member, ...) bool member = false;
 #include "scene/material_extensions.def"
   bool environment_image = false;
   bool height_normals = false;  // of triangles: turned by the gradient of heights; of outputs: without displacement
-  // The first lights cast shadows into maps of so many layers; receivers are looked up where they are at both keys.
+  // The first lights cast shadows into maps of so many layers; lookups use the receiver's place at both keys.
   int shadows = 0, shadow_layers = 1;
   ShadowFilter shadow_filter = ShadowFilter::k2x2;
+  bool packed = false;  // the G-buffer
 };
 
 template <class Matrix>
@@ -150,14 +153,15 @@ inline shaders::Light light_of(const TESSERA_CONSTANT Uniforms::LightUniforms& u
                : kind == LightKind::kPoint || kind == LightKind::kPointInRange ? Type::kPoint
                                                                                : Type::kSpot;
   light.color = vector(u.color), light.position = vector(u.position), light.direction = vector(u.direction);
-  // Whether there is a range is known when a shader is compiled; how long it is is not.
+  // A compiled shader knows whether a light has a range, but not how long it is.
   const bool limited = kind == LightKind::kPointInRange || kind == LightKind::kSpotInRange;
   light.range = limited ? __builtin_fmaxf(u.range, 1e-6f) : 0.0f;
   light.cos_inner = u.cos_inner, light.cos_outer = u.cos_outer;
   return light;
 }
 
-// What a draw's constants point at, each apart: what points into itself a compiler keeps in memory.
+// Sets the posed drawable of a draw's constants. It is a separate object: a compiler keeps an object that points into
+// itself in memory.
 template <Shader S>
 void set_posed(const TESSERA_CONSTANT Uniforms& u, scene::PosedDrawable& posed) {
   const auto set = [](auto& buffer, auto* first, bool there) { buffer.first = first, buffer.there = there; };
@@ -328,7 +332,7 @@ LaneInputs<Real> lane_inputs_of(const Inputs& v) {
 
 void export_color(std::int32_t target, std::int32_t enabled, float, float, float, float, bool,
                   bool) __asm("llvm.amdgcn.exp.f32");
-// Rows of the environment's table are the same in all lanes unless a texture says how rough the surface is.
+// Rows of the environment's table are the same in all lanes unless a texture gives the roughness.
 template <Shader S>
 using RealOf = Lane<!S.metallic_roughness>;
 
@@ -374,7 +378,7 @@ __attribute__((always_inline, flatten)) inline void computed_shader(const TESSER
     const LookupArrays lookups;
     const LaneSurroundings<Real> around{draw.surroundings, lookups, 0};
     if (S.shadows > 0) {
-      // The surface's derivatives come in registers that hold what this shader has no use for.
+      // The surface's derivatives arrive in registers whose other contents this shader does not use.
       const auto number = [](std::int32_t bits) { return Real(__builtin_bit_cast(float, bits)); };
       s.raster_p = turned4(d.to_raster[0], Vector3<Real>{number(v.vertex0), number(v.vertex1), number(v.vertex2)});
       s.raster_q = turned4(d.to_raster[0], Vector3<Real>{number(v.triangle), Real(v.step_x), Real(v.step_y)});
@@ -426,7 +430,7 @@ __attribute__((always_inline, flatten)) inline void domain_shader(const TESSERA_
   using Real = Lane<true>;
   with_draw<S>(u, [&](const DrawConstants& draw) {
     const LaneInputs<Real> in = lane_inputs_of<Real>(v);
-    // A pixel shader of triangles needs none of these: its vertices come posed.
+    // A pixel shader of triangles needs none of these: its vertices are posed in advance.
     const auto placed_at = [&](const Vector3<Real>& point, std::size_t key) {
       return placed4(S.surface == Surface::kTriangles ? matrix<Mat4>(u.to_raster[key]) : draw.drawable->to_raster[key],
                      point);
@@ -441,8 +445,8 @@ __attribute__((always_inline, flatten)) inline void domain_shader(const TESSERA_
   });
 }
 
-// A vertex of a patch as pixels interpolate it (vertex_outputs.h), at each key where it moves: its place in the world and in
-// the image and its normal; with a normal map its tangent; coordinates and colour once.
+// A vertex of a patch as pixels interpolate it (vertex_outputs.h): its place in the world and in the image and its
+// normal, with a normal map also its tangent, at each key if it moves; coordinates and colour once.
 template <Shader S>
 __attribute__((always_inline, flatten)) inline void outputs_shader(const TESSERA_CONSTANT Uniforms& u,
                                                                    const Inputs& v) {
@@ -487,8 +491,8 @@ __attribute__((always_inline, flatten)) inline void outputs_shader(const TESSERA
   });
 }
 
-// The environment along a ray of the camera, as view_rays_kernel.cpp has it: through a point of the image (p, q) and one of
-// the lens (step_x, step_y). What moves is a camera that turns.
+// The environment along a ray of the camera, as in view_rays_kernel.cpp: through a point of the image (p, q) and one of
+// the lens (step_x, step_y). Its moving variant has a camera that turns.
 template <Shader S>
 __attribute__((always_inline, flatten)) inline void background_shader(const TESSERA_CONSTANT Uniforms& u,
                                                                       const Inputs& v) {
@@ -511,6 +515,93 @@ __attribute__((always_inline, flatten)) inline void background_shader(const TESS
           Real(u.environment);
     }
     export_color(0, 15, color.x.v, color.y.v, color.z.v, 1.0f, true, true);
+  });
+}
+
+// The fill half of a shader with a G-buffer, which leaves material and normal.
+template <Shader S>
+__attribute__((always_inline, flatten)) inline void fill_shader(const TESSERA_CONSTANT Uniforms& u, const Inputs& v) {
+  using Real = Lane<false>;
+  with_draw<S>(u, [&](const DrawConstants& draw) {
+    LaneInputs<Real> in = lane_inputs_of<Real>(v);
+    const LaneFilled<Real> f = fill_lanes(draw, in, LookupArrays(), 0);
+    const std::array<float, 12> values{f.point.base_color.x.v, f.point.base_color.y.v, f.point.base_color.z.v,
+                                       f.point.metallic.v,     f.point.roughness.v,    f.point.occlusion.v,
+                                       f.point.emissive.x.v,   f.point.emissive.y.v,   f.point.emissive.z.v,
+                                       f.normal.x.v,           f.normal.y.v,           f.normal.z.v};
+    if constexpr (S.packed) {
+      const tilecore::PackedGbuffer words = tilecore::pack_gbuffer(values, static_cast<std::uint32_t>(v.triangle));
+      const auto number = [&](std::size_t k) { return __builtin_bit_cast(float, words[k]); };
+      export_color(0, 15, number(0), number(1), number(2), number(3), true, true);
+    } else {
+      export_color(0, 15, values[0], values[1], values[2], values[3], false, false);
+      export_color(1, 15, values[4], values[5], values[6], values[7], false, false);
+      export_color(2, 15, values[8], values[9], values[10], values[11], true, true);
+    }
+  });
+}
+
+// Where a packed sample lies: along the ray through a point of the image (p, q), as deep as it says. Derivatives along the
+// image's axes stay on the plane across its normal.
+template <Shader S, class Real>
+LaneSurface<Real> surface_of_depth(const TESSERA_CONSTANT Uniforms& u, const Inputs& v, Real depth,
+                                   const Vector3<Real>& normal, Vector3<Real>& view) {
+  const Real inverse_scale(1.0f / u.scale), x = (Real(v.p) - Real(u.center_x)) * inverse_scale,
+                                            y = (Real(u.center_y) - Real(v.q)) * inverse_scale, t(v.t);
+  const Vector3<Real> ray{x, y, Real(-1.0f)};
+  Vector3<Real> way = turned(matrix<Mat3>(u.rays.to_world[0]), ray), eye = constant_vector<Real>(vector(u.eye));
+  if (S.motion != Motion::kStill) {
+    way = way + (turned(matrix<Mat3>(u.rays.to_world[1]), ray) + turned(matrix<Mat3>(u.rays.to_world[2]), ray) * t) * t;
+    eye = eye + constant_vector<Real>(vector(u.camera)) * t;
+  }
+  LaneSurface<Real> s{};
+  s.position = eye + way * depth;
+  view = way * (Real(-1.0f) / real_sqrt(dot(way, way)));
+  s.raster = {Real(v.p) * depth, Real(v.q) * depth, depth, depth};
+  if (S.shadows == 0) return s;
+  // The plane n . way * depth = const: how its depth changes from pixel to pixel.
+  const Mat3 to_world = matrix<Mat3>(u.rays.to_world[0]);
+  const Vector3<Real> right = constant_vector<Real>(to_world[0]), up = constant_vector<Real>(to_world[1]);
+  const Real share = depth * inverse_scale / dot(normal, way), by_x = Real(-1.0f) * dot(normal, right) * share,
+             by_y = dot(normal, up) * share;
+  s.raster_p = {Real(v.p) * by_x + depth, Real(v.q) * by_x, by_x, by_x};
+  s.raster_q = {Real(v.p) * by_y, Real(v.q) * by_y + depth, by_y, by_y};
+  return s;
+}
+
+// The light half: its visibility record comes in registers, or a place in the image; the rest lies in the tile memory.
+template <Shader S>
+__attribute__((always_inline, flatten)) inline void light_shader(const TESSERA_CONSTANT Uniforms& u, const Inputs& v) {
+  using Real = Lane<false>;
+  constexpr int kWords = S.packed ? 5 : 12;
+  with_draw<S>(u, [&](const DrawConstants& draw) {
+    const auto bytes = static_cast<std::uint32_t>(v.triangle) * static_cast<std::uint32_t>(kWords * sizeof(float));
+    const auto* words =
+        reinterpret_cast<const TESSERA_GLOBAL float*>(reinterpret_cast<const TESSERA_GLOBAL char*>(u.gbuffer) + bytes);
+    std::array<float, 12> values{};
+    if constexpr (S.packed) {
+      tilecore::PackedGbuffer packed{};
+      for (std::size_t k = 0; k < 4; ++k) packed[k] = __builtin_bit_cast(std::uint32_t, words[k]);
+      values = tilecore::unpack_gbuffer(packed);
+    } else {
+      for (std::size_t k = 0; k < 12; ++k) values[k] = words[k];
+    }
+    stage::MaterialPoint<Real> m;
+    m.base_color = {values[0], values[1], values[2]};
+    m.metallic = values[3], m.roughness = values[4], m.occlusion = values[5];
+    m.emissive = {values[6], values[7], values[8]};
+    const Vector3<Real> normal{values[9], values[10], values[11]};
+    LaneInputs<Real> in = lane_inputs_of<Real>(v);
+    LaneSurface<Real> s;
+    Vector3<Real> view;
+    if constexpr (S.packed) {
+      s = surface_of_depth<S, Real>(u, v, Real(words[4]), normal, view);
+    } else {
+      s = lane_surface(draw, in);
+      view = towards_viewer(draw, in, s);
+    }
+    const Vector3<Real> out = light_lanes(draw, s, m, normal, view, in.light_t, LookupArrays(), 0);
+    export_color(0, 15, out.x.v, out.y.v, out.z.v, 1.0f, true, true);
   });
 }
 

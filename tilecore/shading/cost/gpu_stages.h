@@ -1,7 +1,7 @@
 #pragma once
 
-// The programmable stages over a GPU's lanes, with the hardware's own exponential, logarithm and texture lookups in
-// place of those that results are exact with. Compiled by make_costs.py alone.
+// The programmable stages over a GPU's lanes. They use the hardware's own exponential, logarithm and texture lookups in
+// place of the exact ones. Only make_costs.py compiles it.
 
 #include "shaders_cpp/bicubic.h"
 #include "shaders_cpp/studio.cpp"
@@ -10,7 +10,7 @@
 
 namespace tessera::shaders {
 
-// A compiler folds what is the same for every frame.
+// A compiler folds expressions that are the same for every frame.
 constexpr float reciprocal_length(Vec3 a) {
   const double square = double{a.x} * a.x + double{a.y} * a.y + double{a.z} * a.z;
   double root = 1;
@@ -137,7 +137,7 @@ Int number_of(const std::int32_t* table, Int at) {
   return table[first_lane(at)];
 }
 
-// One image instruction, filters and wrap modes included; with derivatives of its own where quads have them.
+// One image instruction, filters and wrap modes included; it computes its own derivatives in quads.
 template <class Real, class Int>
 ColorOf<Real> sample_texture(const TextureView& texture, const Sampler&, Real u, Real v, Real lod, LookupTexels<Int>&) {
   const ImageResource resource = texture.image->resource;
@@ -156,8 +156,8 @@ Real between(Real a, Real b, Real share) {
   return a + (b - a) * share;
 }
 
-// As texture_sampling.inc: 4 x 4 texels in four instructions that gather 2 x 2 each, weighed by the shader. A gather
-// gives (left below, right below, right above, left above).
+// As in texture_sampling.inc: 4 x 4 texels in four instructions that gather 2 x 2 each, weighted by the shader. A
+// gather returns (left below, right below, right above, left above).
 template <class Real>
 HeightGradient<Real> height_gradient_in_level(const TextureView& texture, Real u, Real v, Real width, Real height,
                                               Real level) {
@@ -176,7 +176,7 @@ HeightGradient<Real> height_gradient_in_level(const TextureView& texture, Real u
           between(between(h12 - h10, h22 - h20, ws), between(h13 - h11, h23 - h21, ws), wt) * (half * height)};
 }
 
-// Two levels; a patch has one level of detail, and a warp's first lane says how large its levels are.
+// Two levels; a patch has one level of detail, and a warp's first lane gives the sizes of its levels.
 template <class Real>
 HeightGradient<Real> height_gradient(const TextureView& texture, const Sampler&, Real u, Real v, Real lod) {
   const Real at = real_max(real_min(lod, Real(static_cast<float>(texture.image->levels - 1))), Real(0.0f)),
@@ -192,7 +192,7 @@ HeightGradient<Real> height_gradient(const TextureView& texture, const Sampler&,
           between(fine.d_t, coarse.d_t, weight)};
 }
 
-// One level, which lanes have of their own.
+// One level, which each lane chooses by itself.
 template <class Real>
 HeightGradient<Real> height_gradient_in_nearest_level(const TextureView& texture, const Sampler&, Real u, Real v,
                                                       Real lod) {
@@ -202,7 +202,7 @@ HeightGradient<Real> height_gradient_in_nearest_level(const TextureView& texture
                                         level);
 }
 
-// As shadow_texels.inc. What a lane's layer has is loaded, where a light has more than one.
+// As in shadow_texels.inc. If a light has more than one layer, the numbers of a lane's layer are loaded.
 constexpr int kResting = 2, kBias = 3;
 template <class Int, class Real>
 Real layer_number(const ShadowView& map, Real layer, int which, int column, int row) {
@@ -212,8 +212,8 @@ Real layer_number(const ShadowView& map, Real layer, int which, int column, int 
   return Real(which == kBias ? map.layer[0].bias : map.layer[0].from_raster[key][column][row]);
 }
 
-// As shadow_texels.inc: one image instruction for a texel, and one for a square of four; what is outside of the map is the
-// sampler's edge.
+// As in shadow_texels.inc: one image instruction for a texel, and one for a square of four; outside of the map the
+// sampler's edge applies.
 template <class Int, class Real>
 Real texel_depth(const ShadowView& map, Real layer, Real column, Real row) {
   return load_layer(1, to_int(column).sum(), to_int(row).sum(), to_int(layer).sum(), map.uniforms->image.resource, 0,
@@ -230,7 +230,7 @@ DepthSquare<Real> square_depths(const ShadowView& map, Real layer, Real column, 
       gather4_layer(1, u.v, v.v, layer.v, map.uniforms->image.resource, map.uniforms->image.sampler, false, 0, 0);
   return {{{Real(d.w), Real(d.z)}, {Real(d.x), Real(d.y)}}};
 }
-// Nobody is told of texels.
+// No texture unit gets these texels.
 template <class Int>
 Int within_map(const ShadowView&, Int at) {
   return at;

@@ -46,7 +46,7 @@ ENUMS = {"surface": SURFACES, "motion": MOTIONS, "normals": NORMALS, "light": LI
 
 
 def read_layers():
-    """The effects of material_extensions.def, and those that each needs."""
+    """The effects of material_extensions.def, and the effects that each of them needs."""
     with open(os.path.join(ROOT, "scene", "material_extensions.def")) as file:
         rows = re.findall(r"^EFFECT\((\w+), (\w+),(.*?)\nEXTENSION", file.read(), re.M | re.S)
     members = {name: member for name, member, _ in rows}
@@ -58,7 +58,7 @@ def read_layers():
 LAYERS = read_layers()
 FIELDS = ["surface", "motion", "quads", "unlit", "colors", "base_color", "metallic_roughness", "occlusion", "emissive",
           "normals", "lights", "light", "light_moves", "apart", "layered", "layer_texture", "coat_normals"] + list(LAYERS) + [
-              "environment_image", "height_normals", "shadows", "shadow_layers", "shadow_filter"]
+              "environment_image", "height_normals", "shadows", "shadow_layers", "shadow_filter", "packed"]
 NUMBERS = {"lights", "shadows", "shadow_layers"}
 
 
@@ -66,7 +66,7 @@ class Shader:
     """A stage and its features, as gpu_shaders.h has them."""
 
     def __init__(self, stage="pixel", **features):
-        self.stage = "computed" if features.get("surface") == "computed" else stage
+        self.stage = "computed" if features.get("surface") == "computed" and stage == "pixel" else stage
         self.features = features
 
     def but(self, **features):
@@ -84,7 +84,7 @@ class Shader:
             values.append(f".{field} = {text}")
         stage = {"pixel": "pixel_shader", "computed": "computed_shader", "alpha": "alpha_test",
                  "domain": "domain_shader", "background": "background_shader",
-                 "outputs": "outputs_shader"}[self.stage]
+                 "outputs": "outputs_shader", "fill": "fill_shader", "light": "light_shader"}[self.stage]
         return f"TESSERA_SHADER({name}, {stage}, {', '.join(values)})\n"
 
     def key(self):
@@ -111,7 +111,7 @@ def rows():
     for surface in SURFACES:
         for motion in kinds_of_motion(surface):
             whole(f"lit/{surface}/{motion}", Shader(surface=surface, motion=motion))
-    # What a first texture takes beyond one more at the same coordinate: the coordinate and its derivatives.
+    # The cost of a first texture beyond one more at the same coordinate: the coordinate and its derivatives.
     for lit in (True, False):
         for surface in drawn:
             for motion in kinds_of_motion(surface):
@@ -138,7 +138,7 @@ def rows():
         for name, quads in derivatives.items():
             two = Shader(surface=surface, base_color=True, emissive=True, quads=quads)
             added(f"coordinate_apart/{surface}/{name}", two.but(apart=True), two)
-    # What all lights share, computed once: a first one has it, a second one has not.
+    # The work that all lights share: the first light includes it, a second one does not.
     one = Shader(lights=1)
     all_rows.append(("add/lights", [one, one], [one.but(lights=0), one.but(lights=2)]))
     for light in LIGHTS:
@@ -160,11 +160,36 @@ def rows():
     for motion in ("still", "moving"):
         for around, image in {"studio": False, "image": True}.items():
             whole(f"background/{around}/{motion}", Shader("background", motion=motion, environment_image=image))
+    add_halves(all_rows, whole, added, drawn)
     return all_rows
 
 
+def add_halves(all_rows, whole, added, drawn):
+    """The halves of a shader with a G-buffer between them. The light half of the packed one sees no triangles."""
+    for surface in drawn:
+        for motion in kinds_of_motion(surface):
+            whole(f"fill/{surface}/{motion}", Shader("fill", surface=surface, motion=motion))
+            whole(f"light/{surface}/{motion}", Shader("light", surface=surface, motion=motion))
+    for motion in ("still", "moving"):
+        whole(f"light/packed/{motion}", Shader("light", motion=motion, packed=True))
+    for name, quads in {"quads": True, "surface": False}.items():
+        other = Shader("fill", quads=quads, emissive=True)
+        added(f"fill/metallic_roughness/{name}", other.but(metallic_roughness=True), other)
+    added("fill/packed", Shader("fill", packed=True), Shader("fill"))
+    lit = Shader("light", packed=True, lights=1)
+    other = Shader(lights=2)
+    # The light half takes derivatives for shadows alone.
+    for surface in drawn:
+        for motion in kinds_of_motion(surface):
+            half = Shader("light", surface=surface, motion=motion, lights=1)
+            receiver = other if motion == "still" else other.but(motion="moving")
+            all_rows.append((f"add/shadows/light/{surface}/{motion}", [half.but(shadows=1), receiver.but(shadows=1)],
+                             [half, receiver.but(shadows=2)]))
+    all_rows.append(("add/shadows/packed", [lit.but(shadows=1), other.but(shadows=1)], [lit, other.but(shadows=2)]))
+
+
 def add_layers(all_rows, added, drawn):
-    """What extensions of materials add, and what they add to each light."""
+    """Costs that extensions of materials add once, and for each light."""
     plain, layered = Shader(), Shader(layered=True)
 
     def per_light(name, with_it, without):
@@ -179,13 +204,14 @@ def add_layers(all_rows, added, drawn):
         without = layered.but(**{other: True for other in needed})
         added(f"layer/{layer}", without.but(**{layer: True}), without)
         per_light(layer, without.but(**{layer: True}), without)
-    # What a coat shares with the base: its normal where that is not mapped, and what a uniform roughness fixes.
+    # The work that a coat shares with the base: its normal if that is not mapped, and terms that a uniform roughness
+    # fixes.
     for normals in ("of_surface", "mapped"):
         for name, textured in {"roughness_of_factor": False, "roughness_of_texture": True}.items():
             base = layered.but(base_color=True, quads=True, normals=normals, metallic_roughness=textured)
             added(f"layer/clearcoat/{normals}/{name}", base.but(clearcoat=True), base)
             per_light(f"clearcoat/{normals}/{name}", base.but(clearcoat=True), base)
-    # Along what the texture coordinate or the attribute says.
+    # Anisotropy along the texture coordinate or the attribute.
     for surface in drawn:
         for motion in kinds_of_motion(surface):
             for normals in ("of_surface", "mapped"):
@@ -215,7 +241,7 @@ def add_outputs(whole, added):
 
 
 def add_environment(all_rows, added):
-    """What an image of the environment adds: a lookup in place of the built-in one's arithmetic."""
+    """Cost that an image of the environment adds: a lookup in place of the built-in one's arithmetic."""
     plain, textured = Shader(), Shader(quads=True, metallic_roughness=True)
     added("environment/roughness_of_factor", plain.but(environment_image=True), plain)
     added("environment/roughness_of_texture", textured.but(environment_image=True), textured)
@@ -227,8 +253,8 @@ def add_environment(all_rows, added):
 
 
 def add_shadows(all_rows):
-    """What lights add that cast shadows: each by its projection, its filter and whether the surface moves; where one has
-    more than one map, what the choice takes, and each further map; and once for all of them what the surface takes."""
+    """Costs of lights that cast shadows: each by its projection, its filter and whether the surface moves; for a light with
+    several maps the cost of the choice, and of each further map; and once for all of them the cost of the surface."""
     receivers = {"still": Shader(lights=2), "moving": Shader(lights=2, motion="moving")}
     for projection, light in {"orthographic": "directional", "perspective": "spot"}.items():
         for receiver, lit in receivers.items():
@@ -243,7 +269,7 @@ def add_shadows(all_rows):
         for motion in kinds_of_motion(surface):
             lit = Shader(surface=surface, motion=motion, lights=1)
             other = receivers["still" if motion == "still" or surface == "computed" else "moving"]
-            # Where derivatives are the surface's own, they have taken some of it.
+            # If derivatives are the surface's own, the base has computed a part of this.
             names = {"": lit} if surface == "computed" else {"/quads": lit, "/surface": lit.but(base_color=True)}
             for name, base in names.items():
                 all_rows.append((f"add/shadows/{surface}/{motion}{name}", [base.but(shadows=1), other.but(shadows=1)],
@@ -258,7 +284,7 @@ def run(command, text=None):
 
 
 def system_folders(clang):
-    """Where the host's C++ headers are: the language's own are what shaders use of them."""
+    """Folders of the host's C++ headers, of which shaders use the language's own."""
     done = subprocess.run([clang, "--target=x86_64-linux-gnu", "-E", "-x", "c++", "-v", "-"], input="",
                           capture_output=True, text=True)
     listed = done.stderr.split("#include <...> search starts here:")[1].split("End of search list.")[0]
@@ -266,7 +292,7 @@ def system_folders(clang):
 
 
 def as_pixel_shader(ir):
-    """Functions get the convention of pixel shaders: the first argument in scalar registers."""
+    """Gives functions the calling convention of pixel shaders: the first argument in scalar registers."""
     return re.sub(r"^define [^@]*(@shader_\d+)\(([^,]*addrspace\(4\)\*)[^,%]*(%[\w.]+)", r"define amdgpu_ps void \1(\2 inreg \3",
                   ir, flags=re.M)
 
@@ -320,7 +346,7 @@ def compiled(clang, folders, shaders):
 
 
 def compile_all(clang, shaders):
-    """Counts by key. Groups keep what a compiler needs of memory small."""
+    """Counts by key. Groups keep the compiler's memory small."""
     distinct = list({shader.key(): shader for shader in shaders}.values())
     folders = system_folders(clang)
     groups = [distinct[i:i + 6] for i in range(0, len(distinct), 6)]
@@ -334,8 +360,8 @@ def parsed(text):
     features = {}
     for word in text.split():
         name, value = word.split("=")
-        features[name] = value if name in ENUMS else int(value)
-    return Shader(features.pop("stage", "pixel") if "stage" in features else "pixel", **features)
+        features[name] = value if name in ENUMS or name == "stage" else int(value)
+    return Shader(features.pop("stage", "pixel"), **features)
 
 
 def main():

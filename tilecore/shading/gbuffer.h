@@ -1,0 +1,94 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "base/counter.h"
+#include "tilecore/shading/draw_inputs.h"
+
+namespace tessera::tilecore {
+
+// The G-buffer: where shading is cut in two. The fill half of a lit, opaque surface's shader leaves material and normal,
+// the light half reads them. Both layouts hold them for each sample, in place of its visibility record:
+//
+//   exact    64 bytes: the visibility record (16), base colour, metalness, roughness, occlusion, emission and normal, in
+//            single precision. Place, view and where the surface is in the image follow from the record, as before.
+//   packed   16 bytes (gbuffer_packing.h); the place follows from the sample's depth. Which samples share an invocation
+//            is in it as well, as nothing else names the triangle.
+//
+// Samples share invocations as their visibility records say, whatever the G-buffer holds. The emulator hands place, view and
+// receiver from one half to the other; with `packed`, those of the surface, as the rounding of depths is far below that of
+// the rest.
+//
+// Invariants (cited by the tests):
+//   GB1  With the exact layout images have the same bits on all paths.
+//   GB2  The default path moves, counts and shades what it does without a G-buffer.
+//   GB3  Stored, the G-buffer of a frame takes width x height x samples x bytes of a sample, and is loaded once.
+//   GB4  Every invocation of a lit, opaque surface that is neither layered nor a procedure is filled once and lit once.
+
+// Arrays in which a half leaves what the other reads, by number.
+struct GbufferPlanes {
+  static constexpr std::size_t kBaseColor = 0, kMetallic = 3, kRoughness = 4, kOcclusion = 5, kEmissive = 6,
+                               kNormal = 9;
+  static constexpr std::size_t kMaterial = 12;  // so many are rounded by the packed layout
+  static constexpr std::size_t kPlace = 12, kView = 15, kPlain = 18;
+  // Where shadows are looked up: place and derivatives in the image, and the same at both motion keys.
+  static constexpr std::size_t kReceiver = 18, kKeys = 27, kAll = 45;
+};
+using GbufferArrays = std::array<float*, GbufferPlanes::kAll>;
+
+// Runs a half for `count` invocations of a draw, as shade_draw() runs a whole shader. `receivers`: shadows are looked up.
+void fill_draw(const DrawConstants& draw, const LaneArrays& in, std::size_t count, const LookupArrays& lookups,
+               bool receivers, const GbufferArrays& out);
+// The draw's material is of no account, nor is anything of its drawable but whether it moves.
+void light_draw(const DrawConstants& draw, const GbufferArrays& in, const float* light_t, std::size_t count,
+                const LookupArrays& lookups, const std::array<float*, 3>& color);
+
+struct GbufferCounters {
+  std::uint64_t filled = 0;
+  std::uint64_t samples = 0;
+  std::uint64_t light_warps = 0;
+  std::uint64_t tile_bytes = 0;
+  std::uint64_t stored_bytes = 0, loaded_bytes = 0;
+  std::uint64_t depth_bytes = 0;
+  std::uint64_t layer_bytes = 0;
+  std::uint64_t spilled_bytes = 0;
+};
+
+}  // namespace tessera::tilecore
+
+namespace tessera {
+
+template <>
+inline constexpr bool kAbsentWhenIdle<tilecore::GbufferCounters> = true;
+
+template <>
+inline constexpr auto kCounterFields<tilecore::GbufferCounters> =
+    std::to_array<CounterField<tilecore::GbufferCounters>>({
+        {"gbuffer.filled", &tilecore::GbufferCounters::filled, Combine::kSum, "invocations",
+         "Pixel-shader invocations that filled the G-buffer and were lit from it; the others shade forward.", ""},
+        {"gbuffer.samples", &tilecore::GbufferCounters::samples, Combine::kSum, "samples",
+         "Samples whose part of the G-buffer these invocations wrote.", ""},
+        {"gbuffer.light_warps", &tilecore::GbufferCounters::light_warps, Combine::kSum, "warps",
+         "Warps of the light half, beside tilecore.warps.", ""},
+        {"gbuffer.tile_bytes", &tilecore::GbufferCounters::tile_bytes, Combine::kSum, "bytes",
+         "Bytes of the G-buffer that shaders wrote into the tile memory, for each sample, and read there, for each "
+         "invocation.",
+         ""},
+        {"gbuffer.stored_bytes", &tilecore::GbufferCounters::stored_bytes, Combine::kSum, "bytes",
+         "Bytes of the G-buffer that were stored to memory, depths apart.", ""},
+        {"gbuffer.loaded_bytes", &tilecore::GbufferCounters::loaded_bytes, Combine::kSum, "bytes",
+         "The same, loaded for the light half.", ""},
+        {"gbuffer.depth_bytes", &tilecore::GbufferCounters::depth_bytes, Combine::kSum, "bytes",
+         "Bytes of depths that were stored beside a G-buffer or by a prepass, and loaded.", ""},
+        {"gbuffer.layer_bytes", &tilecore::GbufferCounters::layer_bytes, Combine::kSum, "bytes",
+         "Bytes of blended layers, tables of triangles and light lists that waited in memory for the light half, "
+         "stored and loaded.",
+         ""},
+        {"gbuffer.spilled_bytes", &tilecore::GbufferCounters::spilled_bytes, Combine::kSum, "bytes",
+         "With tile.fit: bytes of samples that the smallest tile has no room for, written and read back.", ""},
+    });
+TESSERA_COUNTERS_COVER(tilecore::GbufferCounters);
+
+}  // namespace tessera
