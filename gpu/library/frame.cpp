@@ -77,6 +77,7 @@ const std::vector<CounterDescription>& counter_descriptions() {
 const std::vector<DrawableCostDescription>& drawable_cost_descriptions() {
   static const std::vector<DrawableCostDescription> kDescriptions = [] {
     std::vector<DrawableCostDescription> out;
+    out.reserve(std::size(gpu::kDrawableCosts));
     for (const gpu::DrawableCost& cost : gpu::kDrawableCosts)
       out.push_back(
           {std::string(cost.name), std::string(cost.unit), std::string(cost.meaning), std::string(cost.counter)});

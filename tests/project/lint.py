@@ -4,6 +4,7 @@
 --program  also checks that generated pages are what this program prints; with --write writes them instead
 --tests    also checks that documents name tests that the programs below these folders have (lists that CMake wrote there)
 --format   only asks clang-format 14 whether every source is formatted
+--prose    only lists lines whose English reads like a translation, and long sentences
 
 Every rule is a function that returns complaints, and has a twin in twins(): a text that breaks the rule must be complained about.
 """
@@ -197,6 +198,125 @@ def repeated_programs(readme, files):
             if (ROOT / path).read_text() + "```" not in readme]
 
 
+# ---- Plain English ------------------------------------------------------------------------------------------------
+
+# Patterns of prose that was translated word by word, and words with which no comment, text or paragraph opens.
+TRANSLATED = re.compile(r"\bwhat (?:is|was|has|it|they|there|an?|the)\b|\bthose (?:of|that)\b|\bthat of\b|\bin hand\b"
+                        r"|\bone behind the other\b|\bnobody\b|\bfor itself\b", re.I)
+OPENINGS = re.compile(r"(?:Of|What|Those|That of)\b|Null:|False ?=")
+QUESTION = re.compile(r"What if\b|What [^.]*\?")
+# A pattern begins with one of these words; looking for them first saves most of the time.
+FIRST_WORDS = ("what ", "those ", "that of", "in hand", "one behind", "nobody", "for itself")
+MAX_TRANSLATED, MAX_OPENINGS, MAX_LONG, LONG_SENTENCE = 0.005, 0.002, 0.03, 30
+# Strings of a source, which end a line's code; a comment begins outside of them.
+C_TOKENS = re.compile(r'"((?:[^"\\\n]|\\.)*)"|//[/!<]*([^\n]*)|/\*(.*?)\*/', re.S)
+HASH_TOKENS = re.compile(r'"""(.*?)"""|"((?:[^"\\\n]|\\.)*)"|\'(?:[^\'\\\n]|\\.)*\'|(?<!\S)#(?!!)([^\n]*)', re.S)
+C_LIKE = (".h", ".cpp", ".inc", ".c", ".def", ".js")
+GENERATED_PAGES = {f"docs/{name}.md" for name in ("counters", "extensions", "formats", "gpu", "settings")}
+
+
+def with_words(texts):
+    return [(number, text.strip()) for number, text in texts if re.search(r"[A-Za-z]{2}", text)]
+
+
+def comment_lines(path, text):
+    """Number and text of each line of a comment, or of a docstring."""
+    found, like_c = [], path.endswith(C_LIKE)
+    for token in (C_TOKENS if like_c else HASH_TOKENS).finditer(text):
+        comment = (token[2] or token[3]) if like_c else (token[1] or token[3])
+        if comment:
+            number = text.count("\n", 0, token.start()) + 1
+            found += [(number + k, line.lstrip(" *")) for k, line in enumerate(comment.split("\n"))]
+    return with_words(found)
+
+
+def user_texts(path, text):
+    """Number and text of each string of three words or more: key meanings, counter texts, messages."""
+    found, like_c = [], path.endswith(C_LIKE)
+    for token in (C_TOKENS if like_c else HASH_TOKENS).finditer(text):
+        words = token[1] if like_c else token[2]
+        if words and words.count(" ") > 1:
+            found.append((text.count("\n", 0, token.start()) + 1, words))
+    return with_words(found)
+
+
+def page_lines(text):
+    """Number and text of each line of a page outside of blocks of code, without marks of lists."""
+    plain = re.sub(r"^```.*?^```", lambda block: "\n" * block[0].count("\n"), text, flags=re.M | re.S)
+    return with_words((number, re.sub(r"^[\s>#*|-]*", "", line)) for number, line in enumerate(plain.split("\n"), 1))
+
+
+def translated(lines):
+    """Lines that have a pattern, and lines that open with one of the words. Code marks are names, not words."""
+    patterns = [(number, line) for number, line in lines
+                if any(word in line.lower() for word in FIRST_WORDS) and TRANSLATED.search(re.sub(r"`[^`]*`", "x", line))]
+    return patterns, [(number, line) for number, line in lines if OPENINGS.match(line) and not QUESTION.match(line)]
+
+
+def sentences(page):
+    """Sentences of a page's paragraphs and list items: no tables, headings, pictures and blocks of code."""
+    plain = re.sub(r"^```.*?^```|^\|[^\n]*|^#[^\n]*|^ *!\[[^\n]*|<!--.*?-->", "", page, flags=re.M | re.S)
+    plain = re.sub(r"`[^`]*`", "x", re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", plain))
+    paragraphs = re.split(r"\n\s*\n|\n(?=\s*(?:[-*]|[0-9]+\.) )", plain)
+    return [sentence for paragraph in paragraphs for sentence in re.split(r"(?<=[.!?])\s+", paragraph.strip()) if sentence.strip("-* ")]
+
+
+def long_sentences(page):
+    return [sentence for sentence in sentences(page) if len(sentence.split()) > LONG_SENTENCE]
+
+
+def prose(files):
+    """Of comments, texts and pages: how many lines there are, and which have a pattern or open with one of the words."""
+    kinds = {"comments": [0, [], []], "texts": [0, [], []], "pages": [0, [], []]}
+    for path, text in files.items():
+        if path == "tests/project/lint.py":
+            continue
+        lines = {}
+        if path.endswith(".md"):
+            lines["pages"] = page_lines(text)
+        else:
+            lines["comments"] = comment_lines(path, text)
+            # Texts of tests and benchmarks are for developers, and often quote.
+            if path.split("/")[0] in (*ROOMS, "include", "python"):
+                lines["texts"] = user_texts(path, text)
+        for kind, found in lines.items():
+            patterns, openings = translated(found)
+            kinds[kind][0] += len(found)
+            kinds[kind][1] += [(path, *line) for line in patterns]
+            kinds[kind][2] += [(path, *line) for line in openings]
+    return kinds
+
+
+def wrong_prose(kinds, pages):
+    """pages: the hand-written ones."""
+    wrong = []
+    for kind, (count, patterns, openings) in kinds.items():
+        for what, lines, most in (("have a pattern of translated prose", patterns, MAX_TRANSLATED), ("open with Of, What, Those, That of, Null: or False=", openings, MAX_OPENINGS)):
+            if len(lines) > most * count:
+                wrong.append(f"{len(lines)} of {count} lines of {kind} {what}, {100 * most:.1f} % may (lint.py --prose lists them), e.g. {lines[0][0]}:{lines[0][1]}")
+    every, long = sum(len(sentences(page)) for page in pages.values()), sum(len(long_sentences(page)) for page in pages.values())
+    if long > MAX_LONG * every:
+        wrong.append(f"{long} of {every} sentences of pages have more than {LONG_SENTENCE} words, {100 * MAX_LONG:.0f} % may (lint.py --prose lists them)")
+    return wrong
+
+
+def hand_written(files):
+    return {path: text for path, text in documents(files).items() if path not in GENERATED_PAGES}
+
+
+def list_prose(files):
+    kinds = prose(files)
+    for kind, (count, patterns, openings) in kinds.items():
+        for path, number, line in sorted({*patterns, *openings}):
+            print(f"{path}:{number}: {line[:160]}")
+        print(f"{kind}: {count} lines, {len(patterns)} with a pattern, {len(openings)} openings")
+    for path, page in hand_written(files).items():
+        for sentence in long_sentences(page):
+            print(f"{path}: {len(sentence.split())} words: {' '.join(sentence.split())[:160]}")
+        if sentences(page):
+            print(f"{path}: {len(long_sentences(page))} of {len(sentences(page))} sentences are long")
+
+
 # ---- Version, citation, container -----------------------------------------------------------------------------------
 
 
@@ -371,8 +491,16 @@ def twins(phrases):
     for text in ("// The picture, whole.", "two Rivals", "through the middle of the lens", "int most_tiles;", "each stroke",
                  "runs of the pixel shader", "a tile queue"):
         broken += [retired_words("a.h", text, phrases), retired_words("a.md", text, phrases)]
+    translation = "int a;  // What is drawn.\n// those of before\nconst char* kText = \"Tiles that nobody reads, one behind the other.\";\n"
+    long_page = "A page. " + "word " * 31 + "end. Short, it is.\n"
+    broken += [wrong_prose(prose({path: text}), {}) for path, text in (
+        ("gpu/a.h", translation), ("gpu/a.cpp", "// Null: no texture.\n"), ("gpu/a.def", 'K(a, "the cost for itself")\n'), ("bench/a.js", "// Of a tile.\n"),
+        ("tests/a.py", '"""What a test does."""\n'), ("tests/a.sh", "# that of before\n"), ("docs/a.md", "- Those are read.\n"), ("docs/a.md", "A page says what it says.\n"))]
+    broken.append(wrong_prose({}, {"docs/a.md": "# Head\n\n| a | b |\n\n" + long_page}))
     sound = [
         [] if with_generated("# Shading\n\n" + table + "\nText.\n", "effects", "# Effects\n\n" + table) == "# Shading\n\n" + table + "\nText.\n" else ["effects"],
+        wrong_prose(prose({"gpu/a.h": "// Size of a tile.\n", "tests/a.cpp": 'f("http://what is read by nobody");\n',
+                           "docs/a.md": "The key `what is` is read.\n```\nwhat is\n```\n# What would help?\n", "gpu/b.h": "// One.\n" * 500 + "// in hand\n"}), {"docs/a.md": "One. " * 40 + long_page}),
         wrong_includes("frontend/a.h", '#include "base/error.h"\n#include <vector>\n'), wrong_includes("baselines/a.h", '#include "gpu/device.h"\n'),
         loops_over_what_is_gone("a.cpp", 'for (const json& f : stats["frames"]) for (int k : (*all)["k"]) for (int j : all("x").values) a = f(x)["y"];'),
         missing_tests("- **case**: `Suite.Law`, `Case/Suite.Law/Pole_`", {"Suite.Law/0", "Case/Suite.Law/Pole_obb"}),
@@ -422,6 +550,7 @@ def all_complaints(program, tests):
     for unit, path in UNITS.items():
         wrong += unit_not_found(unit, path, files)
     wrong += [f"{folder} has no README.md" for folder in WITH_README if f"{folder}/README.md" not in files]
+    wrong += wrong_prose(prose(files), hand_written(files))
     wrong += repeated_programs(files["README.md"], files)
     version = project_version(files["CMakeLists.txt"])
     wrong += wrong_citation((ROOT / "CITATION.cff").read_text(), version) + wrong_changelog(files["CHANGELOG.md"], version)
@@ -459,9 +588,12 @@ def main():
     parser.add_argument("--write", action="store_true")
     parser.add_argument("--tests", nargs="+")
     parser.add_argument("--format", action="store_true")
+    parser.add_argument("--prose", action="store_true")
     arguments = parser.parse_args()
     if arguments.write:
         write_pages(arguments.program)
+    if arguments.prose:
+        return list_prose(project_files())
     wrong = badly_formatted() if arguments.format else all_complaints(arguments.program, arguments.tests)
     print("\n".join(wrong))
     sys.exit(bool(wrong))
