@@ -14,7 +14,7 @@ namespace tessera::gpu {
 // Further data of frames (layers, tables of triangles, vertices) reduce the number of tiles in progress and do not
 // enlarge the memory.
 
-// With tile.fit it is the other way round: tiles have what the memory holds, and what the smallest one does not hold spills
+// With tile.fit the memory decides: tiles are as large as it holds, and samples that the smallest tile does not hold spill
 // (TileCore::spill()).
 
 // Bytes of tile.width x tile.height pixels, tilecore::SampleLayout::room_bytes() for each sample.

@@ -258,7 +258,7 @@ class WorkRecorder::Round {
 
   // Without a core: its work was done before, and its log is put in its place.
   [[nodiscard]] Tile tile(std::size_t number) { return {recorder_, number}; }
-  // A tile's lookups of textures and attributes, likewise without the rest of what it shares; in emulated order.
+  // A tile's lookups of textures and attributes, likewise without its other shared requests; in emulated order.
   void share_lookups(binner::TileIndex tile) { recorder_.share_shading(recorder_.slots_[tile]); }
 
   // Replays a tile's requests to shared units; tile by tile in emulated order, after rendering: its records go to their

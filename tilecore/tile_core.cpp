@@ -541,7 +541,7 @@ void TileCore::fill(const TileJob& job, binner::TileIndex tile, TileState& state
   shader_.count_drawables(totals_.drawables);
   const std::uint64_t list_bytes = shader_.fill(job, samples_, state);
   list_waits_ = list_bytes > 0;
-  // Records of the G-buffer name their triangles; those of layers need the table.
+  // Records of the G-buffer name their triangles; records of layers need the table.
   const std::uint64_t layer_bytes = state.layers.empty() ? 0 : state.extra_bytes(job.blend_layers());
   waiting_bytes_ = memory::burst_bytes(0, layer_bytes + list_bytes, job.burst_bytes());
   result_.ledger.write(memory::Unit::kTilecore, memory::Purpose::kTileState, waiting_bytes_);

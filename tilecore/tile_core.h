@@ -113,7 +113,7 @@ class TileCore {
   // filled.
   void store_colors(const TileJob& job, binner::TileIndex tile, const AttachmentActions& actions, bool open,
                     FrameTargets& targets);
-  // Leaves what is asked for besides colours.
+  // Writes the outputs besides colours that were asked for.
   void write_maps(TileState& state, FrameTargets& targets) const;
   // Writes the farthest depths of the tile's blocks.
   void store_coarse_depth(TileState& state, frontend::CoarseDepth& depth);

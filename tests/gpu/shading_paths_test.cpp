@@ -417,7 +417,7 @@ TEST(ShadingPaths, PassesAreCharged) {
   EXPECT_THAT(names(external), testing::ElementsAre("main", "light"));
   EXPECT_GT(prepass.model->timing.cycles, plain.model->timing.cycles);
   EXPECT_GT(external.model->energy.total_nj(), plain.model->energy.total_nj());
-  // What is blended waits in memory for the light half.
+  // Blended layers wait in memory for the light half.
   EXPECT_GT(external.counters.gbuffer.layer_bytes, 0u);
   // Hidden sub-patches are not tessellated again.
   const std::uint64_t once = plain.counters.tessellation.requests;

@@ -16,7 +16,7 @@ ROOT = Path(__file__).resolve().parents[2]
 RELEASE = "bookworm"
 # The environment of a container's commands; nothing of the host's.
 CLEAN = {"PATH": "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin", "HOME": "/root", "LC_ALL": "C.UTF-8"}
-# What the command of the image leaves behind.
+# Outputs of the image's command.
 RESULTS = ("out/report.html", "out/frame_0014.png", "out/baselines/report.html", "out/baselines/stats.json")
 
 

@@ -70,7 +70,7 @@ def what_objects_read(build):
 
 
 def digest(unit, reads, version, cache={}):
-    """None where ninja does not know what the object reads."""
+    """None if ninja does not know the inputs of the object."""
     files = reads.get(unit["output"])
     if not files:
         return None

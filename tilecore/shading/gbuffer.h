@@ -9,31 +9,30 @@
 
 namespace tessera::tilecore {
 
-// The G-buffer: where shading is cut in two. The fill half of a lit, opaque surface's shader leaves material and normal,
-// the light half reads them. Both layouts hold them for each sample, in place of its visibility record:
+// The G-buffer cuts shading in two: the fill half of a lit, opaque surface's shader writes material and normal, the light
+// half reads them. Both layouts hold them for each sample, in place of its visibility record:
 //
 //   exact    64 bytes: the visibility record (16), base colour, metalness, roughness, occlusion, emission and normal, in
-//            single precision. Place, view and where the surface is in the image follow from the record, as before.
-//   packed   16 bytes (gbuffer_packing.h); the place follows from the sample's depth. Which samples share an invocation
-//            is in it as well, as nothing else names the triangle.
+//            single precision. Place, view and the surface's position in the image follow from the record, as before.
+//   packed   16 bytes (gbuffer_packing.h); the place follows from the sample's depth. They also tell which samples share
+//            an invocation, as nothing else names the triangle.
 //
 // Samples share invocations as their visibility records say, whatever the G-buffer holds. The emulator hands place, view and
-// receiver from one half to the other; with `packed`, those of the surface, as the rounding of depths is far below that of
-// the rest.
+// receiver from one half to the other. With `packed` they are the surface's own: depths round far less than the other values.
 //
 // Invariants (cited by the tests):
 //   GB1  With the exact layout images have the same bits on all paths.
-//   GB2  The default path moves, counts and shades what it does without a G-buffer.
+//   GB2  The default path has the bytes, counters and bits of a machine without a G-buffer.
 //   GB3  Stored, the G-buffer of a frame takes width x height x samples x bytes of a sample, and is loaded once.
 //   GB4  Every invocation of a lit, opaque surface that is neither layered nor a procedure is filled once and lit once.
 
-// Arrays in which a half leaves what the other reads, by number.
+// Arrays that the fill half writes and the light half reads, by number.
 struct GbufferPlanes {
   static constexpr std::size_t kBaseColor = 0, kMetallic = 3, kRoughness = 4, kOcclusion = 5, kEmissive = 6,
                                kNormal = 9;
-  static constexpr std::size_t kMaterial = 12;  // so many are rounded by the packed layout
+  static constexpr std::size_t kMaterial = 12;  // the packed layout rounds the values below
   static constexpr std::size_t kPlace = 12, kView = 15, kPlain = 18;
-  // Where shadows are looked up: place and derivatives in the image, and the same at both motion keys.
+  // The receiver of shadows: place and derivatives in the image, and the same at both motion keys.
   static constexpr std::size_t kReceiver = 18, kKeys = 27, kAll = 45;
 };
 using GbufferArrays = std::array<float*, GbufferPlanes::kAll>;
@@ -41,7 +40,7 @@ using GbufferArrays = std::array<float*, GbufferPlanes::kAll>;
 // Runs a half for `count` invocations of a draw, as shade_draw() runs a whole shader. `receivers`: shadows are looked up.
 void fill_draw(const DrawConstants& draw, const LaneArrays& in, std::size_t count, const LookupArrays& lookups,
                bool receivers, const GbufferArrays& out);
-// The draw's material is of no account, nor is anything of its drawable but whether it moves.
+// Neither the draw's material nor its drawable matters, except for the drawable's motion.
 void light_draw(const DrawConstants& draw, const GbufferArrays& in, const float* light_t, std::size_t count,
                 const LookupArrays& lookups, const std::array<float*, 3>& color);
 

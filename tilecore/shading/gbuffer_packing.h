@@ -1,14 +1,14 @@
 #pragma once
 
-// A sample of the packed G-buffer: four words. Plain arithmetic without branches, as the shader whose instructions are counted
-// runs this text, too.
+// A sample of the packed G-buffer: four words. The code is plain arithmetic without branches, as the shaders whose instructions
+// are counted compile it, too.
 //
 //   word 0   square roots of the base colour, 8 bits each; occlusion, 8 bits
 //   word 1   normal, octahedral (Meyer et al. 2010), 16 bits for each axis
 //   word 2   metalness, roughness, 8 bits each; within its pixel, the sample whose invocation this one takes, 8 bits
 //   word 3   emission: 9 bits for each channel under a shared exponent of 5 bits, as rgb9e5
 //
-// What is no number becomes 0; what is out of range ends at its bounds.
+// NaN becomes 0; values out of range become the nearest bound.
 
 #include <array>
 #include <bit>

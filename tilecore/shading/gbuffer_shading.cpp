@@ -179,7 +179,7 @@ void PixelShader::light_stream(const FrameGeometry& shutter, const Lighting& lig
   for (std::size_t p = 0; p < batch.size(); ++p) batch[p] = &batch_planes_[p * kBatch];
   const std::array<float*, 3> color{output_[0].data(), output_[1].data(), output_[2].data()};
   shade_batches(order.size(), item, lookups, textures, [&](std::size_t first, std::size_t count) {
-    // Lanes up to the next multiple of the widest vector hold what the last one has.
+    // Lanes up to the next multiple of the widest vector repeat the last one.
     for (std::size_t lane = 0; lane < round_up(count, std::size_t{16}); ++lane) {
       const std::uint32_t i = order[first + std::min(lane, count - 1)];
       for (std::size_t p = 0; p < planes; ++p) batch[p][lane] = planes_[p * invocations.size() + i];

@@ -103,7 +103,7 @@ class PixelShader {
   std::span<const std::uint8_t> filled() const { return filled_; }
   // Lights of the list that the last fill() made; 0: none was made.
   std::size_t listed_lights() const { return listed_ ? light_list_.numbers().size() : 0; }
-  // Warps of light halves since the last call; they are not among those of take_warps().
+  // Warps of light halves since the last call; take_warps() does not include them.
   std::uint64_t take_light_warps() { return std::exchange(light_warps_, 0); }
 
   // Packs `count` samples of the environment into warps, which are copies of `item`, and sends their lookups in the
@@ -178,7 +178,7 @@ class PixelShader {
   void fill_draw_of(const scene::FrameGeometry& frame, const Lighting& lighting,
                     std::span<const Invocation> invocations, const Draw& of, TextureUnit* textures,
                     std::size_t warp_lanes, GbufferLayout layout);
-  // Invocations that one light half lights together: those of a draw or, packed, of all draws in one segment of the motion
+  // Invocations that one light half lights together: the invocations of a draw or, packed, of all draws in one segment of the motion
   // and of the lights'.
   struct Stream {
     const scene::FrameGeometry* frame;
@@ -262,7 +262,7 @@ class PixelShader {
   // By light: known shares of a batch's lanes, and views of them.
   std::vector<std::array<float, kBatch>> shares_;
   std::vector<shaders::ShadowView> share_views_;
-  // Of the last fill(): values of GbufferPlanes by plane and invocation, and a batch of them by plane and lane.
+  // Results of the last fill(): values of GbufferPlanes by plane and invocation, and a batch of them by plane and lane.
   std::vector<float> planes_, batch_planes_;
   std::vector<std::uint8_t> filled_;
   std::uint64_t warps_ = 0, light_warps_ = 0;

@@ -38,9 +38,9 @@ Keys<ShadingSettings> shading_keys() {
        "all "
        "paths."},
       {"gbuffer.layout", &S::layout,
-       "With a G-buffer, what it holds of a sample: 64 bytes, with which images have the bits of "
-       "shading.path=visibility "
-       "(exact), or 16 bytes, which round base colour, normal, metalness, roughness, occlusion and emission (packed)."},
+       "Contents of a sample of the G-buffer: 64 bytes, and images have the bits of shading.path=visibility (exact), "
+       "or "
+       "16 bytes, which round base colour, normal, metalness, roughness, occlusion and emission (packed)."},
   };
 }
 

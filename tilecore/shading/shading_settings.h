@@ -48,7 +48,7 @@ enum class ShadingPath : std::uint8_t {
   kGbufferExternal,  // likewise, but the G-buffer is stored, and a pass of its own loads and lights it
 };
 
-// What a sample of the G-buffer holds (gbuffer.h).
+// Contents of a sample of the G-buffer (gbuffer.h).
 enum class GbufferLayout : std::uint8_t {
   kExact,   // 64 bytes: the visibility record, and material and normal in single precision
   kPacked,  // 16 bytes

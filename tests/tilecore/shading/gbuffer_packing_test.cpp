@@ -1,4 +1,4 @@
-// The packed G-buffer: how far what is read lies from what was written.
+// The packed G-buffer: the distance between written and read values.
 #include <cmath>
 #include <limits>
 
@@ -20,7 +20,7 @@ Values random_values(Random& random) {
   return values;
 }
 
-// Values of a sample that lie farther from what was packed than half a step of their code.
+// Values of a sample that differ from the packed ones by more than half a step of their code.
 std::size_t faults(const Values& in, const Values& out) {
   std::size_t found = 0;
   const float slack = 1e-5f;
@@ -86,7 +86,7 @@ TEST(GbufferPacking, EndsAtItsBounds) {
   for (std::size_t k = 0; k < 9; ++k) EXPECT_EQ(least[k], 0.0f);
 }
 
-// What was rounded once is not rounded again.
+// Rounded values do not change when they are rounded again.
 TEST(GbufferPacking, IsIdempotent) {
   Random random(13);
   for (int trial = 0; trial < 20000; ++trial) {
