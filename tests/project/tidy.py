@@ -115,7 +115,7 @@ def main():
     if not complaints(tidy([str(twin), "--", "-std=c++20"])):
         print("the twin, a source with a copy in a loop, is not caught")
         return 1
-    reads, todo, passed = what_objects_read(build), [], set()
+    reads, todo, passed, before = what_objects_read(build), [], set(), 0
     for unit in units(build):
         name = digest(unit, reads, version)
         if name is not None:
@@ -125,6 +125,8 @@ def main():
             continue
         if name is None or not (work / f"{name}.passed").exists():
             todo.append((unit, name))
+        else:
+            before += 1
     for old in work.glob("*.passed"):
         if old.stem not in passed:
             old.unlink()
@@ -141,7 +143,7 @@ def main():
     todo.sort(key=lambda item: "unity" not in item[0]["file"])
     with ThreadPoolExecutor(os.cpu_count()) as threads:
         wrong = sorted({line.replace(f"{ROOT}/", "") for lines in threads.map(check, todo) for line in lines})
-    print("\n".join(wrong) or f"{len(todo)} batches checked, {len(passed) - len(todo)} as before")
+    print("\n".join(wrong) or f"checked: {len(todo)}, as before: {before}")
     return bool(wrong)
 
 
