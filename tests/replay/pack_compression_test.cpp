@@ -245,7 +245,7 @@ TEST(GlbRules, RulesOfCompressedViewsFindBrokenFiles) {  // BIN1, BIN4
   expect_fault("does not say so", [](json& d) { d["buffers"][1].erase("extensions"); });
   expect_fault("another length", [&](json& d) { extension(d, 0)["count"] = 1; });
   expect_fault("not of the fallback", [](json& d) { d["bufferViews"][1]["buffer"] = 0; });
-  expect_fault("or not at all", [](json& d) { d["extensionsRequired"] = {"KHR_mesh_quantization"}; });
+  expect_fault("or used without being required", [](json& d) { d["extensionsRequired"] = {"KHR_mesh_quantization"}; });
 }
 
 // ---- WebP -------------------------------------------------------------------------------------------------------

@@ -670,9 +670,10 @@ TEST(DescribeCommand, NamesExactlyTheCountersThatStatisticsHold) {
                          "--set", "frame_buffer.transaction_elimination=true", "--out", (out / "still").string()})
                 .status,
             0);
-  // Passes over images, and lists of lights.
+  // Passes over images, lists of lights, and a G-buffer in memory.
   ASSERT_EQ(run_tessera({"replay", capture("corridor"), "--size", "32x18", "--frames", "0:1", "--quiet", "--no-report",
-                         "--set", "shadows.size=64", "--out", (out / "post").string()})
+                         "--set", "shadows.size=64", "--set", "shading.path=gbuffer_external", "--out",
+                         (out / "post").string()})
                 .status,
             0);
   std::set<std::string> described, counted;
