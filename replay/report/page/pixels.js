@@ -52,7 +52,7 @@ function unpackPixels(pixels) {
 // An image of the pixels that are `within`: all others dark, or the outline alone.
 function pixelShape({ region: [, , width, height] }, within, dark) {
   const canvas = make('canvas', { width, height }), pen = canvas.getContext('2d'), image = pen.createImageData(width, height), out = new Uint32Array(image.data.buffer);
-  const kDark = 0xb8000000, kLight = 0xffffffff;  // bytes are alpha, blue, green, red
+  const kDark = 0x80000000, kLight = 0xffffffff;  // bytes are alpha, blue, green, red
   for (let y = 0, at = 0; y < height; ++y)
     for (let x = 0; x < width; ++x, ++at) {
       if (dark) { if (!within[at]) out[at] = kDark; continue; }

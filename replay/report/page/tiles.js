@@ -82,8 +82,8 @@ function tileSection() {
     if (release.hidden) tables.querySelectorAll('.chosen').forEach((line) => line.classList.remove('chosen'));
     if (!view) return;
     if (tiles && shown.tile >= tiles.grid[0] * tiles.grid[1]) shown.tile = -1, shown.pixel = null;
-    // Chosen drawables stay bright by their pixels where these are known, else by tiles.
-    const shape = shapeOf(), darkened = chosenRows() !== null && shape !== null, mask = darkened ? null : maskOf(), map = mask || darkened ? null : mapDrawing(tiles, shown.map, data.scales[shown.map], state.opacity, state.log);
+    // Pixels of chosen drawables stay as they are, and tiles that have them in their lists, hidden or not, stay brighter than others.
+    const shape = shapeOf(), mask = maskOf(), map = mask ? null : mapDrawing(tiles, shown.map, data.scales[shown.map], state.opacity, state.log);
     viewer.draw({ view, address: imageAddress(), label: nameOf(shown), tiles, map, mask, shape, tile: shown.tile, pixel: shown.pixel });
     legend.draw(map);
     partial.hidden = !mask || !tiles.unlisted || tiles.unlisted.every((count) => count === 0);
