@@ -236,7 +236,7 @@ TEST_F(TradeoffReportInBrowser, AnAxisOfErrorsOrCostsFollowsTheAddress) {
 
 TEST_F(TradeoffReportInBrowser, AFileNameNeverBecomesMarkup) {
   const OpenedPage opened = test::open_page(page("tradeoff"));
-  EXPECT_THAT(opened.dom, HasSubstr("What accuracy costs: a &lt;b onclick='complain()'&gt;&amp;amp;.glb</h1>"));
+  EXPECT_THAT(opened.dom, HasSubstr("Cost of accuracy: a &lt;b onclick='complain()'&gt;&amp;amp;.glb</h1>"));
   EXPECT_THAT(opened.dom, testing::Not(HasSubstr("<b onclick")));
 }
 
