@@ -324,6 +324,12 @@ std::uint32_t drawable_with_most_cells(const TileJob& job, std::span<const Sampl
   return most == cells.end() ? 0 : most->first + 1;
 }
 
+// TileResult::single_samples of a tile that stores or loads so many samples a pixel.
+std::uint64_t single_samples(const IntRect& pixels, int samples) {
+  return static_cast<std::uint64_t>(samples - 1) * static_cast<std::uint64_t>(pixels.width()) *
+         static_cast<std::uint64_t>(pixels.height());
+}
+
 }  // namespace
 
 void TileCore::draw_cells(const TileJob& job, TileState& state, timing::SubPatchItem& before) {
@@ -558,9 +564,7 @@ void TileCore::light(const TileJob& job, binner::TileIndex tile, TileState& stat
   result_.light_records = list_waits_;
   if (job.spills) spill(job, state);
   shader_.light(job, samples_, state);
-  resolve_multisample(
-      {shader_.color(), shader_.coverage(), samples_.spp, pixels, targets.region, job.burst_bytes(), false},
-      targets.color, result_.counters.resolve, result_.ledger);
+  resolve_samples(job, pixels, targets);
   store_colors(job, tile, job.actions, false, targets);
   write_maps(state, targets);
 }
@@ -622,19 +626,22 @@ void TileCore::finish(const TileJob& job, binner::TileIndex tile, TileState& sta
     shader_.shade(job, samples_, state, {}, write_scene_color ? job.scene_color : nullptr);
     if (write_scene_color)
       result_.counters.transmission.pixels_kept += static_cast<std::uint64_t>(pixels.width() * pixels.height());
-    resolve_multisample(
-        {shader_.color(), shader_.coverage(), samples_.spp, pixels, targets.region, job.burst_bytes(), false},
-        targets.color, result_.counters.resolve, result_.ledger);
-  }
-  if (job.actions.color && job.actions.color->samples > 1) {
-    TESSERA_CHECK(job.actions.color->samples == samples_.spp, "an attachment keeps all samples of a pixel");
-    store_.round_samples(job.actions.color->coder, {tile, pixels, targets.region, job.burst_bytes()}, samples_.spp,
-                         shader_.color(), shader_.coverage(), targets.color);
-    result_.single_samples += shader_.color().size() - shader_.color().size() / static_cast<std::size_t>(samples_.spp);
+    resolve_samples(job, pixels, targets);
   }
   store_colors(job, tile, job.actions, open, targets);
   write_maps(state, targets);
   if (!targets.coarse_depth.farthest.empty()) store_coarse_depth(state, targets.coarse_depth);
+}
+
+void TileCore::resolve_samples(const TileJob& job, const IntRect& pixels, FrameTargets& targets) {
+  if (job.actions.color && job.actions.color->samples > 1) {
+    TESSERA_CHECK(job.actions.color->samples == samples_.spp, "an attachment keeps all samples of a pixel");
+    store_.round(job.actions.color->coder, shader_.color(), shader_.coverage());
+    result_.single_samples += single_samples(pixels, samples_.spp);
+  }
+  resolve_multisample(
+      {shader_.color(), shader_.coverage(), samples_.spp, pixels, targets.region, job.burst_bytes(), false},
+      targets.color, result_.counters.resolve, result_.ledger);
 }
 
 void TileCore::write_maps(TileState& state, FrameTargets& targets) const {
@@ -665,9 +672,7 @@ void TileCore::load_frame(const TileJob& job, binner::TileIndex tile) {
 
 void TileCore::copy(const TileJob& job, binner::TileIndex tile, int samples, const AttachmentActions& actions,
                     FrameTargets& targets) {
-  const IntRect pixels = job.grid->pixels(tile);
-  result_.single_samples += static_cast<std::uint64_t>(samples - 1) * static_cast<std::uint64_t>(pixels.width()) *
-                            static_cast<std::uint64_t>(pixels.height());
+  result_.single_samples += single_samples(job.grid->pixels(tile), samples);
   if (actions.load_color && !actions.color) load_frame(job, tile);
   store_colors(job, tile, actions, false, targets);
 }

@@ -113,6 +113,8 @@ class TileCore {
   // filled.
   void store_colors(const TileJob& job, binner::TileIndex tile, const AttachmentActions& actions, bool open,
                     FrameTargets& targets);
+  // Makes the colours of a tile's pixels from the shaded samples. An attachment that keeps every sample rounds them first.
+  void resolve_samples(const TileJob& job, const IntRect& pixels, FrameTargets& targets);
   // Writes the outputs besides colours that were asked for.
   void write_maps(TileState& state, FrameTargets& targets) const;
   // Writes the farthest depths of the tile's blocks.

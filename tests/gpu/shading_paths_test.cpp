@@ -140,6 +140,19 @@ void move_balls(Room& room) {
   test::add_motion(room.capture, room.shiny, {0.5, 0, 0.4});
 }
 
+// Every sample is stored as eight bits a channel, and a copy resolves them.
+void store_samples(Room& room) {
+  scene::PassGraph graph;
+  graph.attachments.push_back({.name = "lit", .format = scene::AttachmentFormat::kRgba8});
+  scene::Pass draw, copy;
+  draw.name = "draw", copy.name = "copy";
+  draw.subpasses = {{scene::DrawFilter::kAll, scene::PassShader::kForward, {}, {"lit"}, {}}};
+  draw.store = {{"lit", scene::StoreAction::kStore}};
+  copy.subpasses = {{scene::DrawFilter::kNothing, scene::PassShader::kCopy, {}, {"frame"}, {"lit"}}};
+  graph.passes = {draw, copy};
+  room.capture.settings.graph = graph;
+}
+
 void cast_shadows(Room& room) {
   for (const int light : {0, 1, 10}) room.capture.settings.shadows.push_back({.light = light, .size = 64});
 }
@@ -214,6 +227,12 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"half_attributes", {}, {"shading.attributes=half"}},
         Case{"desampled", {}, {"resolve.desampling=checkerboard"}, {"prepass", "gbuffer"}},
         Case{"desampled_by_content", move_balls, {"resolve.desampling=adaptive"}, {"prepass", "gbuffer"}},
+        Case{"stored_samples", store_samples},
+        Case{"stored_samples_that_move",
+             [](Room& room) {
+               move_balls(room);
+               store_samples(room);
+             }},
         Case{"partial_renders",
              {},
              {"parameter_buffer.bytes=4096", "tessellator.sub_patch_cells=4", "tile.width=16", "tile.height=16"}},

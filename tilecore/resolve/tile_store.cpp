@@ -197,18 +197,12 @@ void TileStore::round(const PixelCoder& coder, const Tile& tile, Image& color) {
     }
 }
 
-void TileStore::round_samples(const PixelCoder& coder, const Tile& tile, int samples, std::span<const Vec3> color,
-                              std::span<const float> coverage, Image& image) {
-  const auto count = static_cast<std::uint64_t>(samples);
-  if (coder.tone_maps()) counters_.pixels_coded += count * pixels_in(tile.pixels);
-  const float share = 1.0f / static_cast<float>(samples);
-  std::size_t sample = 0;
-  for (int y = tile.pixels.y0; y < tile.pixels.y1; ++y)
-    for (int x = tile.pixels.x0; x < tile.pixels.x1; ++x) {
-      Vec4 sum(0.0f);
-      for (int k = 0; k < samples; ++k, ++sample) sum += coder.stored(Vec4(color[sample], coverage[sample]));
-      put_pixel(image, tile.region, x, y, sum * share);
-    }
+void TileStore::round(const PixelCoder& coder, std::span<Vec3> color, std::span<float> coverage) {
+  if (coder.tone_maps()) counters_.pixels_coded += color.size();
+  for (std::size_t s = 0; s < color.size(); ++s) {
+    const Vec4 stored = coder.stored(Vec4(color[s], coverage[s]));
+    color[s] = Vec3(stored), coverage[s] = stored.w;
+  }
 }
 
 void TileStore::load(const FrameStore& how, const Tile& tile, memory::Ledger& ledger) {

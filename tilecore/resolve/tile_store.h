@@ -10,6 +10,7 @@
 #include "base/counter.h"
 #include "base/image.h"
 #include "base/rect.h"
+#include "base/vec.h"
 #include "memory/ledger.h"
 #include "tilecore/resolve/frame_format.h"
 #include "tilecore/resolve/touched_bursts.h"
@@ -91,10 +92,8 @@ class TileStore {
 
   // Rounds a tile's colours to the codes of an attachment of that format; the caller charges the moved bytes.
   void round(const PixelCoder& coder, const Tile& tile, Image& color);
-  // The same for an attachment that keeps every sample: `color` and `coverage` hold `samples` values per pixel of the tile,
-  // row by row. The image gets the mean of the rounded samples, which the pass that loads them resolves.
-  void round_samples(const PixelCoder& coder, const Tile& tile, int samples, std::span<const Vec3> color,
-                     std::span<const float> coverage, Image& image);
+  // Likewise the samples of a tile, for an attachment that keeps every one: colours and coverages.
+  void round(const PixelCoder& coder, std::span<Vec3> color, std::span<float> coverage);
   // Charges a tile that reads its pixels from the frame as they are stored, without headers.
   void load(const FrameStore& how, const Tile& tile, memory::Ledger& ledger);
 

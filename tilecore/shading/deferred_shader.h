@@ -87,8 +87,8 @@ class DeferredShader {
   Skipped take_skipped() { return std::exchange(skipped_, {}); }
 
   // The tile shaded last, natural order: linear colour with the background in it, and the covered share of each sample.
-  std::span<const Vec3> color() const { return sample_color_; }
-  std::span<const float> coverage() const { return sample_coverage_; }
+  std::span<Vec3> color() { return sample_color_; }
+  std::span<float> coverage() { return sample_coverage_; }
 
   // Invocations for each pixel of the tile shaded last, row by row.
   std::span<const std::uint32_t> pixel_invocations() const { return pixel_invocations_; }

@@ -132,8 +132,8 @@ function paretoSection({ points, columns, varying, says, prefer, goal, meets }, 
   function limitsOf(name, axis) { const limit = goal && (goal.subject_to || {})[name]; return limit ? [limit.at_least, limit.at_most].filter((value) => value !== undefined).map((value) => ({ [axis]: value, says: `${name} ${limitWords(limit, name)}` })) : []; }
   // The points of the line as a table; the beaten ones are in the table of all points.
   function listed() {
-    const all = rows(), front = all.filter((row) => row.front).sort((a, b) => a.x - b.x);
-    onFront.replaceChildren(make('p', { class: 'note' }, `${front.length} of ${all.length} points ${front.length === 1 ? 'is' : 'are'} on the line; they beat the rest.`), table([...varying.map((key) => ({ title: key, of: (row) => points.find((point) => point.index === row.index).axis[key] })),
+    const all = rows(), byIndex = new Map(points.map((point) => [point.index, point])), front = all.filter((row) => row.front).sort((a, b) => a.x - b.x);
+    onFront.replaceChildren(make('p', { class: 'note' }, `${front.length} of ${all.length} points ${front.length === 1 ? 'is' : 'are'} on the line; they beat the rest.`), table([...varying.map((key) => ({ title: key, of: (row) => byIndex.get(row.index).axis[key] })),
       { title: state.x, of: (row) => row.x, show: (value) => columnText(state.x, value) }, { title: state.y, of: (row) => row.y, show: (value) => columnText(state.y, value) }], front, { press, limit: 8, label: 'Points on the line' }));
     return all;
   }
