@@ -143,7 +143,7 @@ void move_balls(Room& room) {
 // Every sample is stored as eight bits a channel, and a copy resolves them.
 void store_samples(Room& room) {
   scene::PassGraph graph;
-  graph.attachments.push_back({.name = "lit", .format = scene::AttachmentFormat::kRgba8});
+  graph.attachments.emplace_back().name = "lit";
   scene::Pass draw, copy;
   draw.name = "draw", copy.name = "copy";
   draw.subpasses = {{scene::DrawFilter::kAll, scene::PassShader::kForward, {}, {"lit"}, {}}};
