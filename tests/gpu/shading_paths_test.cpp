@@ -427,10 +427,11 @@ scene::PassGraph graph_of(const std::string& path) {
   using enum scene::PassShader;
   using enum scene::DrawFilter;
   scene::PassGraph graph;
-  graph.attachments.push_back({.name = "albedo", .format = scene::AttachmentFormat::kRgba16F});
-  graph.attachments.push_back({.name = "normal", .format = scene::AttachmentFormat::kRgba16F});
-  graph.attachments.push_back({.name = "light", .format = scene::AttachmentFormat::kRgba16F});
-  const std::vector<std::string> colors = {"albedo", "normal", "light"}, all = {"albedo", "normal", "light", "depth"};
+  const std::vector<std::string> colors = {"albedo", "normal", "glow"}, all = {"albedo", "normal", "glow", "depth"};
+  for (const std::string& name : colors) {
+    scene::Attachment& color = graph.attachments.emplace_back();
+    color.name = name, color.format = scene::AttachmentFormat::kRgba16F;
+  }
   if (path == "prepass") {
     scene::Pass draw = pass_of("draw", {{kAll, kForward, {}, {"frame"}, {}}});
     draw.load = {{"depth", scene::LoadAction::kLoad}};
