@@ -162,8 +162,9 @@ class FrameGraph::Reader {
     const std::string depth(depth_attachment(graph_, pass()));
     const LoadAction wanted = prepass_ ? LoadAction::kLoad : LoadAction::kClear;
     if (action_of(pass().load, depth).value_or(LoadAction::kClear) != wanted)
-      refuse("/load" + pointer_step(depth),
-             prepass_ ? "does not load the depths of the pass before" : "does not clear the depths: the frame would be another one");
+      refuse("/load" + pointer_step(depth), "{}",
+             prepass_ ? "does not load the depths of the pass before"
+                      : "does not clear the depths: the frame would be another one");
     store_depth(out.actions_, depth);
   }
 

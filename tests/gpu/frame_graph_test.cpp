@@ -401,7 +401,7 @@ const std::vector<Refused> kRefused = {
     {"DepthsNotLoaded", [](PassGraph& g) { g.passes.insert(g.passes.begin(), depths()); },
      "/passes/1/load/depth: does not load the depths of the pass before"},
     {"Shader", [](PassGraph& g) { g.passes[0].subpasses.push_back({DrawFilter::kNothing, PassShader::kCopy, {"lit"}, {"lit"}, {}}); },
-     "/passes/0/subpasses/1/shader: is copy: a pass that draws colours runs forward on this machine"},
+     "/passes/0/shader: is copy: a pass that draws colours runs forward on this machine"},
     {"Bloom", [](PassGraph& g) { g.passes[1].subpasses[0].shader = PassShader::kBloom; },
      "/passes/1/write: is not one attachment of its own"},
     {"Reduce", [](PassGraph& g) { g.passes[1].subpasses[0].shader = PassShader::kReduce; },

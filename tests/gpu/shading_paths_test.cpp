@@ -4,6 +4,7 @@
 #include <cstring>
 #include <functional>
 #include <limits>
+#include <map>
 
 #include "base/image_metrics.h"
 #include "gpu/counter_list.h"
