@@ -192,7 +192,8 @@ class FrameGraph::Reader {
     out.name_ = pass().name;
     if (all.size() == 1) {  // a later pass lights them
       for (const auto& [name, action] : pass().store)
-        if (action != StoreAction::kStore) refuse("/store" + pointer_step(name), "drops samples that a later pass lights");
+        if (action != StoreAction::kStore)
+          refuse("/store" + pointer_step(name), "drops samples that a later pass lights");
       if (all[0].draw != DrawFilter::kAll)
         refuse(subpass(0) + "/draw", "leaves surfaces out: a pass that stores a G-buffer draws all of them");
       return;
@@ -209,7 +210,8 @@ class FrameGraph::Reader {
         map_on_chip(s);
         break;
       }
-      if (all[s].shader != PassShader::kForward) refuse_shader(s, "behind light a pass runs forward, or tonemap at last");
+      if (all[s].shader != PassShader::kForward)
+        refuse_shader(s, "behind light a pass runs forward, or tonemap at last");
       drawn.push_back(all[s].draw);
       check_target(s);
     }
@@ -243,8 +245,10 @@ class FrameGraph::Reader {
   void check_depth(LoadAction load, StoreAction store, std::string_view rule) const {
     const std::string depth(depth_attachment(graph_, pass()));
     if (depth != scene::kDepthAttachment) refuse("", "keeps its depths in {}, not in 'depth'", in_quotes(depth));
-    if (action_of(pass().load, depth).value_or(load) != load) refuse("/load" + pointer_step(depth), "is another one: {}", rule);
-    if (action_of(pass().store, depth).value_or(store) != store) refuse("/store" + pointer_step(depth), "is another one: {}", rule);
+    if (action_of(pass().load, depth).value_or(load) != load)
+      refuse("/load" + pointer_step(depth), "is another one: {}", rule);
+    if (action_of(pass().store, depth).value_or(store) != store)
+      refuse("/store" + pointer_step(depth), "is another one: {}", rule);
   }
 
   // The light half reads all that the fill half has left, and the depth.
@@ -345,7 +349,8 @@ class FrameGraph::Reader {
       if (!color.empty()) refuse(below, "are several colours: this machine renders one");
       color = name;
     }
-    if (number > 0 && !first && color != colors_) refuse(below, "is not {}, as before in this pass", in_quotes(colors_));
+    if (number > 0 && !first && color != colors_)
+      refuse(below, "is not {}, as before in this pass", in_quotes(colors_));
     if (color == scene::kFrameAttachment && pass_ != last_pass())
       refuse(below, "is 'frame' before the last pass: passes read an attachment of their own");
     if (const Attachment* declared = graph_.find(color)) {
@@ -373,8 +378,8 @@ class FrameGraph::Reader {
     actions.load_color = action_of(pass().load, colors_) == LoadAction::kLoad;
     const Attachment* declared = graph_.find(colors_);
     if (declared == nullptr) return actions;
-    const bool several =
-        declared->samples != 1 && (draws(pass()) || shades_in_parts(pass())) && action_of(pass().store, colors_) == StoreAction::kStore;
+    const bool several = declared->samples != 1 && (draws(pass()) || shades_in_parts(pass())) &&
+                         action_of(pass().store, colors_) == StoreAction::kStore;
     if (settings_.resolve.desampling != tilecore::Desampling::kOff)
       throw UsageError(
           fmt::format("pass {} stores its colours in {}: set resolve.desampling=off, which works on the frame",

@@ -39,8 +39,7 @@ std::optional<NamedPath> named_path(const scene::PassGraph& graph) {
 }  // namespace
 
 RunSettings follow_passes(const scene::Capture& capture, RunSettings settings) {
-  const std::optional<NamedPath> named =
-      capture.settings.graph ? named_path(*capture.settings.graph) : std::nullopt;
+  const std::optional<NamedPath> named = capture.settings.graph ? named_path(*capture.settings.graph) : std::nullopt;
   if (!named) return settings;
   if (settings.shading.path != Path::kVisibility && settings.shading.path != named->path)
     throw UsageError(fmt::format("shading.path={}: the passes of the capture shade along {}",
@@ -75,8 +74,7 @@ void check_shading_path(const GpuConfiguration& gpu, const RunSettings& settings
   }};
   for (const Conflict& conflict : conflicts)
     if (conflict.there)
-      throw UsageError(
-          fmt::format("shading.path={} with {}: {}", word_of(path), conflict.with, conflict.because));
+      throw UsageError(fmt::format("shading.path={} with {}: {}", word_of(path), conflict.with, conflict.because));
 }
 
 }  // namespace tessera::gpu

@@ -366,8 +366,7 @@ struct Refused {
 const std::vector<Refused> kRefused = {
     {"NarrowGbuffer", [](PassGraph& g) { g.passes[0].subpasses[0].shader = PassShader::kGbuffer; },
      "/passes/0/write: have 64 bits a sample: material and normal of a lit surface take 128"},
-    {"GbufferWithoutLight", [](PassGraph& g) { gbuffer(g, false); },
-     "/passes/1: runs before a pass has left colours"},
+    {"GbufferWithoutLight", [](PassGraph& g) { gbuffer(g, false); }, "/passes/1: runs before a pass has left colours"},
     {"GbufferLeavesOut",
      [](PassGraph& g) {
        gbuffer(g, true);
@@ -400,7 +399,10 @@ const std::vector<Refused> kRefused = {
      "/passes/0/draw: is blended: depths that hide are those of opaque surfaces"},
     {"DepthsNotLoaded", [](PassGraph& g) { g.passes.insert(g.passes.begin(), depths()); },
      "/passes/1/load/depth: does not load the depths of the pass before"},
-    {"Shader", [](PassGraph& g) { g.passes[0].subpasses.push_back({DrawFilter::kNothing, PassShader::kCopy, {"lit"}, {"lit"}, {}}); },
+    {"Shader",
+     [](PassGraph& g) {
+       g.passes[0].subpasses.push_back({DrawFilter::kNothing, PassShader::kCopy, {"lit"}, {"lit"}, {}});
+     },
      "/passes/0/shader: is copy: a pass that draws colours runs forward on this machine"},
     {"Bloom", [](PassGraph& g) { g.passes[1].subpasses[0].shader = PassShader::kBloom; },
      "/passes/1/write: is not one attachment of its own"},
