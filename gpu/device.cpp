@@ -63,10 +63,10 @@ Device::Device(std::shared_ptr<const PreparedCapture> prepared, const GpuConfigu
                const RunSettings& settings, const RenderRequest& request)
     : prepared_(std::move(prepared)),
       scene_(prepared_->scene(settings.textures, gpu.geometry)),
-      gpu_(with_tile_memory(gpu, settings, scene_.assembly)),
-      settings_(settings),
+      settings_(follow_passes(prepared_->capture, settings)),
+      gpu_(with_tile_memory(gpu, settings_, scene_.assembly)),
       request_(request),
-      graph_(prepared_->capture, gpu_, settings, request.region, {request.width, request.height}),
+      graph_(prepared_->capture, gpu_, settings_, request.region, {request.width, request.height}),
       behind_(image_behind(scene_.assembly, request)),
       cores_(std::make_shared<PerThread<tilecore::TileCore>>()),
       shadow_passes_(scene_.assembly, scene_.pyramids, gpu_, settings_, cores_),
@@ -311,7 +311,7 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, ViewS
               observed ? &record : nullptr,
               &progress_,
               gpu_.tile.rendering_elimination ? &eye.inputs : nullptr};
-  run.pass = graph_.name();
+  run.pass = graph_.name(), run.prepass = graph_.prepass_name(), run.light = graph_.light_name();
   run.copies = graph_.copies();
   run.bloom = graph_.bloom();
   run.attachment_bytes = graph_.attachment_bytes();

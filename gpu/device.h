@@ -122,8 +122,8 @@ class Device {
 
   std::shared_ptr<const PreparedCapture> prepared_;
   const PreparedScene& scene_;  // of prepared_
-  GpuConfiguration gpu_;
   RunSettings settings_;
+  GpuConfiguration gpu_;
   RenderRequest request_;
   FrameGraph graph_;
   shaders::RadianceImage behind_;  // without levels if no surface transmits

@@ -44,6 +44,13 @@ bool draws(const Pass& pass) {
   return std::ranges::any_of(pass.subpasses, [](const Subpass& s) { return s.draw != DrawFilter::kNothing; });
 }
 
+// Whether a pass has a part of a shading path: tiles then hold the state of the path, whatever the attachments are.
+bool shades_in_parts(const Pass& pass) {
+  return std::ranges::any_of(pass.subpasses, [](const Subpass& s) {
+    return s.shader == PassShader::kDepth || s.shader == PassShader::kGbuffer || s.shader == PassShader::kLight;
+  });
+}
+
 }  // namespace
 
 // Walks the passes in the order in which they run.
@@ -64,9 +71,16 @@ class FrameGraph::Reader {
     for (const int number : order) check_tile(static_cast<std::size_t>(number));
     for (const int number : order) {
       pass_ = static_cast<std::size_t>(number);
-      if (draws(pass()))
+      const PassShader shader = pass().subpasses[0].shader;
+      if (shader == PassShader::kDepth)
+        draw_depths(out);
+      else if (shader == PassShader::kGbuffer)
+        fill(out);
+      else if (shader == PassShader::kLight)
+        light(out);
+      else if (draws(pass()))
         draw(out);
-      else if (pass().subpasses[0].shader == PassShader::kBloom)
+      else if (shader == PassShader::kBloom)
         bloom(out);
       else
         copy(out);
@@ -101,7 +115,7 @@ class FrameGraph::Reader {
     if (bytes == kGeneralBytes)
       bytes = std::max(tile_sample_bytes(gpu_, settings_) / samples, kDepthBytes + kColorBytes);
     const std::uint64_t needed = samples * bytes;
-    if (gpu_.tile.fit) return;
+    if (gpu_.tile.fit || shades_in_parts(graph_.passes[number])) return;
     if (needed > static_cast<std::uint64_t>(gpu_.cores.memory_bytes))
       fault(number, "",
             fmt::format("needs {} bytes of tile memory a sample: a tile of {}x{} pixels with {} samples takes {}, "
@@ -110,29 +124,140 @@ class FrameGraph::Reader {
                         gpu_.cores.memory_bytes));
   }
 
-  void draw(FrameGraph& out) {
-    if (!colors_.empty()) refuse("", "draws after another pass has drawn: this machine renders one pass that draws");
+  // ---- Passes that draw ----------------------------------------------------------------------------------------------
+
+  void begin_drawing() const {
+    if (!colors_.empty() || !parameters_.empty())
+      refuse("", "draws after another pass has drawn: this machine renders one pass that draws");
     if (pass().view != scene::PassView::kCamera) refuse("/view", "is right: stereo.eye_separation renders both eyes");
+  }
+
+  void draw_depths(FrameGraph& out) {
+    begin_drawing();
+    if (prepass_) refuse("", "is a second pass of depths: this machine renders one");
+    if (pass().subpasses.size() > 1) refuse("/subpasses/1", "follows depths in their pass: they have one of their own");
+    if (pass().subpasses[0].draw == DrawFilter::kBlended)
+      refuse(subpass(0) + "/draw", "is blended: depths that hide are those of opaque surfaces");
+    check_depth(LoadAction::kClear, StoreAction::kStore, "a prepass clears its depths and stores every one");
+    prepass_ = true;
+    out.prepass_name_ = pass().name;
+  }
+
+  void draw(FrameGraph& out) {
+    begin_drawing();
     std::vector<DrawFilter> drawn;
     for (std::size_t s = 0; s < pass().subpasses.size(); ++s) {
       const Subpass& one = pass().subpasses[s];
-      if (s > 0 && s + 1 == pass().subpasses.size() && one.shader == PassShader::kTonemap) {
+      if (maps_tones(s)) {
         map_on_chip(s);
         break;
       }
-      if (one.shader != PassShader::kForward) refuse_shader(s, "a pass that draws runs forward");
+      if (one.shader != PassShader::kForward) refuse_shader(s, "a pass that draws colours runs forward");
       drawn.push_back(one.draw);
       check_target(s);
     }
-    const bool everything =
-        drawn == std::vector{DrawFilter::kAll} || drawn == std::vector{DrawFilter::kOpaque, DrawFilter::kBlended};
-    if (!everything) refuse(subpass(0) + "/draw", "leaves surfaces out: draw all, or opaque and then blended ones");
+    check_drawn(drawn);
     out.name_ = pass().name;
     out.actions_ = target_actions();
     const std::string depth(depth_attachment(graph_, pass()));
-    if (const auto load = action_of(pass().load, depth); load.value_or(LoadAction::kClear) != LoadAction::kClear)
-      refuse("/load" + pointer_step(depth), "does not clear the depths: the frame would be another one");
+    const LoadAction wanted = prepass_ ? LoadAction::kLoad : LoadAction::kClear;
+    if (action_of(pass().load, depth).value_or(LoadAction::kClear) != wanted)
+      refuse("/load" + pointer_step(depth), "{}",
+             prepass_ ? "does not load the depths of the pass before"
+                      : "does not clear the depths: the frame would be another one");
     store_depth(out.actions_, depth);
+  }
+
+  // Parameters of surfaces: lit in this pass, or stored for one that lights them.
+  void fill(FrameGraph& out) {
+    begin_drawing();
+    if (prepass_) refuse("", "fills a G-buffer behind a pass of depths: this machine has one or the other");
+    const std::vector<Subpass>& all = pass().subpasses;
+    const std::string below = subpass(0) + "/write";
+    int bits = 0;
+    for (const std::string& name : all[0].write) {
+      const Attachment* color = graph_.find(name);
+      if (color == nullptr) refuse(below, "is {}, which is no attachment of its own", in_quotes(name));
+      if (is_depth(color->format)) refuse(below, "is {}: a G-buffer keeps its depths in 'depth'", in_quotes(name));
+      check_shape(below, *color);
+      bits += sample_bits(color->format);
+      parameters_.push_back(name);
+    }
+    for (const auto& [name, action] : pass().load)
+      if (action == LoadAction::kLoad) refuse("/load" + pointer_step(name), "loads what gbuffer fills anew");
+    if (bits < tilecore::ShadingSettings::kPackedBits)
+      refuse(below, "have {} bits a sample: material and normal of a lit surface take {}", bits,
+             tilecore::ShadingSettings::kPackedBits);
+    check_depth(LoadAction::kClear, StoreAction::kDiscard, "its passes move depths as their path does");
+    out.name_ = pass().name;
+    if (all.size() == 1) {  // a later pass lights them
+      for (const auto& [name, action] : pass().store)
+        if (action != StoreAction::kStore)
+          refuse("/store" + pointer_step(name), "drops samples that a later pass lights");
+      if (all[0].draw != DrawFilter::kAll)
+        refuse(subpass(0) + "/draw", "leaves surfaces out: a pass that stores a G-buffer draws all of them");
+      return;
+    }
+    for (const std::string& name : parameters_)
+      if (action_of(pass().store, name).value_or(StoreAction::kDiscard) != StoreAction::kDiscard)
+        refuse("/store" + pointer_step(name), "is stored, though this pass lights it");
+    if (all[1].shader != PassShader::kLight) refuse_shader(1, "light follows gbuffer");
+    read_parameters(1, all[1].input, "input");
+    check_target(1, true);
+    std::vector<DrawFilter> drawn{all[0].draw};
+    for (std::size_t s = 2; s < all.size(); ++s) {
+      if (maps_tones(s)) {
+        map_on_chip(s);
+        break;
+      }
+      if (all[s].shader != PassShader::kForward)
+        refuse_shader(s, "behind light a pass runs forward, or tonemap at last");
+      drawn.push_back(all[s].draw);
+      check_target(s);
+    }
+    check_drawn(drawn);
+    out.actions_ = target_actions();
+  }
+
+  void light(FrameGraph& out) {
+    if (parameters_.empty()) refuse("", "lights a G-buffer before a pass has stored one");
+    if (pass().subpasses.size() > 2 || (pass().subpasses.size() == 2 && !maps_tones(1)))
+      refuse("/subpasses/1", "follows light in a pass of its own: this machine runs a tone map there, or nothing");
+    read_parameters(0, pass().subpasses[0].sample, "sample");
+    check_target(0);
+    if (pass().subpasses.size() == 2) map_on_chip(1);
+    out.light_name_ = pass().name;
+    out.actions_ = target_actions();
+  }
+
+  // Whether a subpass is a tone map at the end of its pass.
+  bool maps_tones(std::size_t number) const {
+    return number > 0 && number + 1 == pass().subpasses.size() &&
+           pass().subpasses[number].shader == PassShader::kTonemap;
+  }
+
+  void check_drawn(const std::vector<DrawFilter>& drawn) const {
+    if (drawn != std::vector{DrawFilter::kAll} && drawn != std::vector{DrawFilter::kOpaque, DrawFilter::kBlended})
+      refuse(subpass(0) + "/draw", "leaves surfaces out: draw all, or opaque and then blended ones");
+  }
+
+  // Refuses loads and stores of the pass's depth that ask for more than these.
+  void check_depth(LoadAction load, StoreAction store, std::string_view rule) const {
+    const std::string depth(depth_attachment(graph_, pass()));
+    if (depth != scene::kDepthAttachment) refuse("", "keeps its depths in {}, not in 'depth'", in_quotes(depth));
+    if (action_of(pass().load, depth).value_or(load) != load)
+      refuse("/load" + pointer_step(depth), "is another one: {}", rule);
+    if (action_of(pass().store, depth).value_or(store) != store)
+      refuse("/store" + pointer_step(depth), "is another one: {}", rule);
+  }
+
+  // The light half reads all that the fill half has left, and the depth.
+  void read_parameters(std::size_t number, std::vector<std::string> read, std::string_view how) {
+    std::vector<std::string> left = std::exchange(parameters_, {});
+    left.emplace_back(scene::kDepthAttachment);
+    std::ranges::sort(left), std::ranges::sort(read);
+    if (left != read)
+      refuse(fmt::format("{}/{}", subpass(number), how), "is not the G-buffer and 'depth': light reads all of it");
   }
 
   // The store of the frame applies the tone map. Colours of earlier subpasses do not leave the chip.
@@ -197,7 +322,7 @@ class FrameGraph::Reader {
   }
 
   void copy(FrameGraph& out) {
-    if (colors_.empty()) refuse("", "runs before a pass has drawn");
+    if (colors_.empty()) refuse("", "runs before a pass has left colours");
     const Subpass& one = pass().subpasses[0];
     if (pass().subpasses.size() > 1)
       refuse("/subpasses/1", "runs over an image that was copied: copies have a pass each");
@@ -214,8 +339,8 @@ class FrameGraph::Reader {
     out.copies_.push_back({pass().name, source, target_actions(), adds && out.bloom_.has_value()});
   }
 
-  // Sets colors_ to the one colour that a subpass writes; all subpasses of its pass write the same.
-  void check_target(std::size_t number) {
+  // Sets colors_ to the one colour that a subpass writes; all subpasses of its pass from the `first` one on write the same.
+  void check_target(std::size_t number, bool first = false) {
     const std::string below = subpass(number) + "/write";
     std::string color;
     for (const std::string& name : pass().subpasses[number].write) {
@@ -224,7 +349,8 @@ class FrameGraph::Reader {
       if (!color.empty()) refuse(below, "are several colours: this machine renders one");
       color = name;
     }
-    if (number > 0 && color != colors_) refuse(below, "is not {}, as before in this pass", in_quotes(colors_));
+    if (number > 0 && !first && color != colors_)
+      refuse(below, "is not {}, as before in this pass", in_quotes(colors_));
     if (color == scene::kFrameAttachment && pass_ != last_pass())
       refuse(below, "is 'frame' before the last pass: passes read an attachment of their own");
     if (const Attachment* declared = graph_.find(color)) {
@@ -252,8 +378,8 @@ class FrameGraph::Reader {
     actions.load_color = action_of(pass().load, colors_) == LoadAction::kLoad;
     const Attachment* declared = graph_.find(colors_);
     if (declared == nullptr) return actions;
-    const bool several =
-        declared->samples != 1 && draws(pass()) && action_of(pass().store, colors_) == StoreAction::kStore;
+    const bool several = declared->samples != 1 && (draws(pass()) || shades_in_parts(pass())) &&
+                         action_of(pass().store, colors_) == StoreAction::kStore;
     if (settings_.resolve.desampling != tilecore::Desampling::kOff)
       throw UsageError(
           fmt::format("pass {} stores its colours in {}: set resolve.desampling=off, which works on the frame",
@@ -285,6 +411,8 @@ class FrameGraph::Reader {
   std::string glow_;  // attachment that a bloom fills; empty: none has run
   std::uint64_t pixels_, end_ = 0;
   std::size_t pass_ = 0;
+  bool prepass_ = false;                           // a pass of depths has run
+  std::vector<std::string> parameters_;            // attachments of a G-buffer that is not lit yet
   std::string colors_;                             // attachment of the last pass that drew; empty: none has drawn
   std::optional<tilecore::ColorAttachment> last_;  // nullopt: the last pass wrote the frame
 };

@@ -24,8 +24,8 @@ struct CopyPass {
   bool adds_bloom = false;              // adds the graph's bloom to the pixels
 };
 
-// The passes that a capture describes, as this machine renders them: one pass that draws all surfaces, a bloom of its
-// colours, and copies that bring them into the frame, with or without the bloom. A copy into the frame may be called a
+// The passes that a capture describes, as this machine renders them: one pass that draws all surfaces, along one of the shading
+// paths (follow_passes()), some of which have a second pass; a bloom of its colours, and copies that bring them into the frame, with or without the bloom. A copy into the frame may be called a
 // tone map. If the frame's format holds codes, the store maps the colours, whichever pass they come from; in the pass
 // that draws, the tone map is the store. A capture without passes has one, `main`, that draws into the frame. Shadows,
 // transmission and the resolve unit add passes of their own when needed.
@@ -38,6 +38,8 @@ struct CopyPass {
 //         `frame` moves the bursts in which the rows or, compressed, the blocks of a tile lie, as they are in memory.
 //   GRA4  A tone map in the last subpass of the drawing pass moves nothing: a capture without passes has the same image,
 //         bytes and cycles.
+//   GRA5  Passes that name a shading path give the images, bytes and cycles of a capture without passes for which settings
+//         choose the path and the bits of its G-buffer.
 class FrameGraph {
  public:
   // `region`: the part of the frame that attachments cover. Throws InputError with the place in the capture's file: for
@@ -47,10 +49,13 @@ class FrameGraph {
   FrameGraph(const scene::Capture& capture, const GpuConfiguration& gpu, const RunSettings& settings, IntRect region,
              const std::array<int, 2>& frame);
 
-  // Name of the pass that draws.
+  // Name of the pass that draws; with a G-buffer in memory it fills that, and the pass light_name() stores the colours.
   const std::string& name() const { return name_; }
+  // Name of the pass that stores depths alone.
+  const std::string& prepass_name() const { return prepass_name_; }
+  const std::string& light_name() const { return light_name_; }
   const tilecore::AttachmentActions& actions() const { return actions_; }
-  // Copies in the order in which they run, after the pass that draws.
+  // Copies in the order in which they run, after the passes that draw and light.
   std::span<const CopyPass> copies() const { return copies_; }
   // The bloom, between the pass that draws and the copies; nullptr if there is none.
   const Bloom* bloom() const { return bloom_ ? &*bloom_ : nullptr; }
@@ -64,7 +69,7 @@ class FrameGraph {
  private:
   class Reader;
 
-  std::string name_ = "main";
+  std::string name_ = "main", prepass_name_ = "prepass", light_name_ = "light";
   tilecore::AttachmentActions actions_;
   std::vector<CopyPass> copies_;
   std::optional<Bloom> bloom_;

@@ -79,7 +79,7 @@ bool Pipeline::render_tiles(const ViewRun& run, TileScheduler& scheduler, const 
   if (transmissive.empty()) {
     bool again = binned;
     if (run.job.depths == nullptr && run.job.shading.path == tilecore::ShadingPath::kPrepass) {
-      scheduler.render({.name = "prepass", .sub_patches = sub_patches, .binned = binned, .depths_only = true});
+      scheduler.render({.name = run.prepass, .sub_patches = sub_patches, .binned = binned, .depths_only = true});
       // The lists still hold all, unless a partial render emptied them.
       again = run.result.counters.binner.partial_renders == 0;
       if (!again) scheduler.empty_lists();

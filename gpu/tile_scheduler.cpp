@@ -333,7 +333,7 @@ void TileScheduler::light_tile(std::size_t t, tilecore::TileState& state) {
 
 void TileScheduler::light() {
   const StageTimer timer(run_.result, "light");
-  WorkRecorder::Round round = run_.recorder.begin_round(binner_, order_, {"light", true});
+  WorkRecorder::Round round = run_.recorder.begin_round(binner_, order_, {run_.light, true});
   std::vector<SharedRequests> shared(binner_.grid().tile_count());
   for (const binner::TileIndex t : order_.tiles()) {
     Lit& lit = lit_[t];
@@ -348,7 +348,7 @@ void TileScheduler::light() {
   }
   move_gbuffer(round, shared, false);
   share_stores(round, shared, run_.job.actions);
-  pass_end_("light");
+  pass_end_(run_.light);
 }
 
 std::uint64_t TileScheduler::move_samples(WorkRecorder::Round& round, std::span<const SharedRequests> tiles, bool write,

@@ -36,6 +36,8 @@ struct ViewRun {
   const Bloom* bloom = nullptr;  // before the copies; nullptr: none
   float bloom_strength = 0;
   std::uint64_t attachment_bytes = 0;  // what shading paths store lies behind
+  // Names of the other pass of a path with two: one that stores depths alone, one that lights a stored G-buffer.
+  std::string_view prepass = "prepass", light = "light";
 };
 
 // The tiles of a view in the machine's order, which is also the order of their pieces of arrays.

@@ -33,6 +33,7 @@ WorkRecorder::WorkRecorder(const GpuConfiguration& gpu, const PatchTable& record
       record_accesses_(record_accesses),
       keep_items_(keep_items),
       maps_(maps),
+      maps_read_(maps.end - maps.first, 0),
       l2_({gpu.caches.l2_bytes, gpu.caches.l2_ways, gpu.line_bytes()}) {
   using Features = hardware::ShaderFeatures;
   for (std::size_t surface = 0; surface < domain_costs_.size(); ++surface)
@@ -430,7 +431,10 @@ void WorkRecorder::share_history(Slot& slot) {
 }
 
 bool WorkRecorder::share_line(Slot& slot, std::uint32_t line, timing::Phase phase, Purpose purpose) {
-  if (purpose == Purpose::kTexture && line >= maps_.first && line < maps_.end) purpose = Purpose::kShadowMap;
+  if (purpose == Purpose::kTexture && line >= maps_.first && line < maps_.end) {
+    purpose = Purpose::kShadowMap;
+    if (std::exchange(maps_read_[line - maps_.first], std::uint8_t{1}) == 0) ++sums_.local().core.shadows.lines_read;
+  }
   ++slot.work.events[Event::kL2Lines];
   TextureUse* const texture = purpose == Purpose::kTexture ? &textures_[slot.work.tile] : nullptr;
   if (texture != nullptr) ++texture->l2_lines;

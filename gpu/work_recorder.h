@@ -203,6 +203,7 @@ class WorkRecorder {
   std::array<std::array<hardware::ShaderCost, 3>, 3> domain_costs_;  // by ShaderFeatures::Surface, Motion
   bool record_accesses_, keep_items_;
   memory::LineRange maps_;
+  std::vector<std::uint8_t> maps_read_;     // by line of maps_: 1 if the frame has looked it up
   std::vector<std::uint64_t> state_bytes_;  // bytes of a tile, by round
   memory::L2 l2_;
   PerThread<Sums> sums_;

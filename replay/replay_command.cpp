@@ -23,6 +23,7 @@
 #include "gpu/frame_stream.h"
 #include "gpu/image_bytes.h"
 #include "gpu/record_file.h"
+#include "gpu/shading_paths.h"
 #include "gpu/tile_memory.h"
 #include "gpu/timeline.h"
 #include "gpu/unread_keys.h"
@@ -160,8 +161,6 @@ class ReplayCommand final : public Command {
     if (seed_) gpu::settings_keys().set(settings, *gpu::settings_keys().find("sampling.seed"), *seed_);
     gpu::check_gpu(gpu);
     if (!quiet_) say_notes(gpu::configuration_notes(gpu));
-    const std::string notice = gpu::fit_tile_memory(gpu, settings, sets_key(sets_, "tilecore.memory_bytes"));
-    if (!quiet_ && !notice.empty()) std::fprintf(stderr, "note: %s\n", notice.c_str());
     for (const std::string& layer : aux_)
       if (std::find(auxiliary_layers().begin(), auxiliary_layers().end(), layer) == auxiliary_layers().end())
         throw UsageError(
@@ -176,6 +175,9 @@ class ReplayCommand final : public Command {
     std::optional<LongStep> step(std::in_place, "reading " + escape_control(capture_), quiet_);
     const scene::Capture capture = read_capture(capture_, limits, view_, chosen_size());
     step.reset();
+    settings = gpu::follow_passes(capture, settings);
+    const std::string notice = gpu::fit_tile_memory(gpu, settings, sets_key(sets_, "tilecore.memory_bytes"));
+    if (!quiet_ && !notice.empty()) std::fprintf(stderr, "note: %s\n", notice.c_str());
     const auto [first, last] = frame_range(capture);
     const gpu::RenderRequest request = render_request(capture, settings, gpu, limits.max_bytes, last - first > 1);
     repeat_failures_with(

@@ -37,6 +37,7 @@ struct TileCoreCounters {
 struct ShadowCounters {
   std::uint64_t texels_stored = 0;
   std::uint64_t tiles_cleared = 0;
+  std::uint64_t lines_read = 0;
 };
 
 // Counters of the shaders of passes over images.
@@ -168,6 +169,8 @@ inline constexpr auto kCounterFields<tilecore::ShadowCounters> = std::to_array<C
      "Depths that passes of lights stored in their maps.", ""},
     {"shadows.tiles_cleared", &tilecore::ShadowCounters::tiles_cleared, Combine::kSum, "tiles",
      "Tiles of shadow maps without any caster: a flag is stored, no texel.", ""},
+    {"shadows.lines_read", &tilecore::ShadowCounters::lines_read, Combine::kSum, "lines",
+     "Cache lines of shadow maps and their flags that the frame looks up, each counted once.", ""},
 });
 TESSERA_COUNTERS_COVER(tilecore::ShadowCounters);
 

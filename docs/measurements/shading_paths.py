@@ -62,4 +62,5 @@ def main():
                     print(",".join(map(str, found)), flush=True)
 
 
-main()
+if __name__ == "__main__":
+    main()

@@ -341,6 +341,21 @@ TEST(FrameGraph, EliminationLeavesCopiesOut) {
   }
 }
 
+Pass depths() {
+  Pass pass;
+  pass.name = "depths";
+  pass.subpasses = {{DrawFilter::kAll, PassShader::kDepth, {}, {}, {}}};
+  return pass;
+}
+// The first pass leaves parameters of surfaces in two attachments and, on chip, lights them into `lit`.
+void gbuffer(PassGraph& graph, bool lights) {
+  for (const char* name : {"a", "b"}) graph.attachments.push_back(image(name, AttachmentFormat::kRgba16F));
+  Pass& pass = graph.passes[0];
+  pass.lists_subpasses = lights;
+  pass.subpasses = {{DrawFilter::kAll, PassShader::kGbuffer, {}, {"a", "b"}, {}}};
+  if (lights) pass.subpasses.push_back({DrawFilter::kNothing, PassShader::kLight, {"a", "b", "depth"}, {"lit"}, {}});
+}
+
 struct Refused {
   const char* name;
   std::function<void(PassGraph&)> change;
@@ -349,8 +364,46 @@ struct Refused {
 };
 
 const std::vector<Refused> kRefused = {
-    {"Shader", [](PassGraph& g) { g.passes[0].subpasses[0].shader = PassShader::kGbuffer; },
-     "/passes/0/shader: is gbuffer: a pass that draws runs forward on this machine"},
+    {"NarrowGbuffer", [](PassGraph& g) { g.passes[0].subpasses[0].shader = PassShader::kGbuffer; },
+     "/passes/0/write: have 64 bits a sample: material and normal of a lit surface take 128"},
+    {"GbufferWithoutLight", [](PassGraph& g) { gbuffer(g, false); }, "/passes/1: runs before a pass has left colours"},
+    {"GbufferLeavesOut",
+     [](PassGraph& g) {
+       gbuffer(g, true);
+       g.passes[0].subpasses[0].draw = DrawFilter::kOpaque;
+     },
+     "/passes/0/subpasses/0/draw: leaves surfaces out: draw all, or opaque and then blended ones"},
+    {"LightReadsAPart",
+     [](PassGraph& g) {
+       gbuffer(g, true);
+       g.passes[0].subpasses[1].input = {"a", "depth"};
+     },
+     "/passes/0/subpasses/1/input: is not the G-buffer and 'depth': light reads all of it"},
+    {"StoredThoughLit",
+     [](PassGraph& g) {
+       gbuffer(g, true);
+       g.passes[0].store = {{"a", StoreAction::kStore}};
+     },
+     "/passes/0/store/a: is stored, though this pass lights it"},
+    {"DropsSamples",
+     [](PassGraph& g) {
+       gbuffer(g, false);
+       g.passes[0].store = {{"a", StoreAction::kResolve}};
+     },
+     "/passes/0/store/a: drops samples that a later pass lights"},
+    {"DepthsOfBlended",
+     [](PassGraph& g) {
+       g.passes.insert(g.passes.begin(), depths());
+       g.passes[0].subpasses[0].draw = DrawFilter::kBlended;
+     },
+     "/passes/0/draw: is blended: depths that hide are those of opaque surfaces"},
+    {"DepthsNotLoaded", [](PassGraph& g) { g.passes.insert(g.passes.begin(), depths()); },
+     "/passes/1/load/depth: does not load the depths of the pass before"},
+    {"Shader",
+     [](PassGraph& g) {
+       g.passes[0].subpasses.push_back({DrawFilter::kNothing, PassShader::kCopy, {"lit"}, {"lit"}, {}});
+     },
+     "/passes/0/shader: is copy: a pass that draws colours runs forward on this machine"},
     {"Bloom", [](PassGraph& g) { g.passes[1].subpasses[0].shader = PassShader::kBloom; },
      "/passes/1/write: is not one attachment of its own"},
     {"Reduce", [](PassGraph& g) { g.passes[1].subpasses[0].shader = PassShader::kReduce; },

@@ -4,6 +4,7 @@
 #include <cstring>
 #include <functional>
 #include <limits>
+#include <map>
 
 #include "base/image_metrics.h"
 #include "gpu/counter_list.h"
@@ -412,6 +413,84 @@ TEST(ShadingPaths, StoredGbuffersHaveClosedForms) {
     const memory::Traffic none = attachments_of(of(path, "packed", "1"));
     EXPECT_EQ(none.read_bytes + none.written_bytes, 0u) << path;
   }
+}
+
+// ---- Paths that a capture's passes name -----------------------------------------------------------------------------
+
+scene::Pass pass_of(const char* name, std::vector<scene::Subpass> subpasses) {
+  scene::Pass pass;
+  pass.name = name, pass.lists_subpasses = subpasses.size() > 1, pass.subpasses = std::move(subpasses);
+  return pass;
+}
+
+// A graph for each path, with a G-buffer of 192 bits.
+scene::PassGraph graph_of(const std::string& path) {
+  using enum scene::PassShader;
+  using enum scene::DrawFilter;
+  scene::PassGraph graph;
+  const std::vector<std::string> colors = {"albedo", "normal", "glow"}, all = {"albedo", "normal", "glow", "depth"};
+  for (const std::string& name : colors) {
+    scene::Attachment& color = graph.attachments.emplace_back();
+    color.name = name, color.format = scene::AttachmentFormat::kRgba16F;
+  }
+  if (path == "prepass") {
+    scene::Pass draw = pass_of("draw", {{kAll, kForward, {}, {"frame"}, {}}});
+    draw.load = {{"depth", scene::LoadAction::kLoad}};
+    graph.passes = {pass_of("depths", {{kOpaque, kDepth, {}, {}, {}}}), draw};
+  } else if (path == "gbuffer") {
+    graph.passes = {pass_of("draw", {{kOpaque, kGbuffer, {}, colors, {}},
+                                     {kNothing, kLight, all, {"frame"}, {}},
+                                     {kBlended, kForward, {}, {"frame"}, {}}})};
+  } else {
+    graph.passes = {pass_of("draw", {{kAll, kGbuffer, {}, colors, {}}}),
+                    pass_of("lit", {{kNothing, kLight, {}, {"frame"}, all}})};
+  }
+  return graph;
+}
+
+TEST(ShadingPaths, PassesNameAPathAndItsGbuffer) {  // GRA5
+  Room room;
+  const std::map<std::string, std::vector<std::string>> names = {
+      {"prepass", {"depths", "draw"}}, {"gbuffer", {"draw"}}, {"gbuffer_external", {"draw", "lit"}}};
+  for (const auto& [path, passes] : names) {
+    room.capture.settings.graph.reset();
+    const FrameResult chosen = frame_of(room.capture, {"gbuffer.layout=packed", "gbuffer.bits=192"}, path);
+    room.capture.settings.graph = graph_of(path);
+    const std::optional<scene::GraphFault> fault = find_fault(*room.capture.settings.graph);
+    ASSERT_FALSE(fault) << path << " " << fault->pointer << " " << fault->text;
+    const FrameResult named = frame_of(room.capture, {}, "visibility");
+    EXPECT_EQ(named.targets.color.values, chosen.targets.color.values) << path;
+    EXPECT_EQ(named.counters.ledger.total().read_bytes, chosen.counters.ledger.total().read_bytes) << path;
+    EXPECT_EQ(named.counters.ledger.total().written_bytes, chosen.counters.ledger.total().written_bytes) << path;
+    EXPECT_EQ(named.model->timing.cycles, chosen.model->timing.cycles) << path;
+    std::vector<std::string> found;
+    for (const PassResult& pass : named.passes) found.push_back(pass.name);
+    EXPECT_EQ(found, passes);
+    EXPECT_THROW(frame_of(room.capture, {}, path == "prepass" ? "gbuffer" : "prepass"), UsageError);
+  }
+}
+
+TEST(ShadingPaths, WiderGbuffersCostBytesAndClocksAlone) {
+  const Room room;
+  for (const char* path : {"gbuffer", "gbuffer_external"}) {
+    const auto of = [&](const char* bits) {
+      return frame_of(room.capture, {"gbuffer.layout=packed", std::string("gbuffer.bits=") + bits}, path);
+    };
+    const FrameResult narrow = of("128"), wide = of("256");
+    EXPECT_EQ(wide.targets.color.values, narrow.targets.color.values) << path;
+    EXPECT_EQ(wide.counters.gbuffer.tile_bytes, 2 * narrow.counters.gbuffer.tile_bytes) << path;
+    EXPECT_EQ(wide.counters.gbuffer.stored_bytes, 2 * narrow.counters.gbuffer.stored_bytes) << path;
+    EXPECT_GT(wide.model->timing.cycles, narrow.model->timing.cycles) << path;
+    EXPECT_GT(wide.model->energy.total_nj(), narrow.model->energy.total_nj()) << path;
+    EXPECT_THROW(of("144"), UsageError);
+  }
+}
+
+TEST(ShadingPaths, AFurtherWordCostsWhatAPackedOneDoes) {
+  const auto rows = hardware::shader_cost_rows();
+  const auto packed = std::ranges::find(rows, "add/fill/packed", &hardware::ShaderCostRow::name);
+  ASSERT_NE(packed, rows.end());
+  EXPECT_EQ(4 * tilecore::kGbufferWordClocks, hardware::lane_clocks(packed->cost));
 }
 
 TEST(ShadingPaths, TheGbufferOnChipMovesBytesOfTheTileMemoryAlone) {

@@ -282,6 +282,23 @@ TEST(Shadows, AMapStoresItsTexelsAndClearedTilesAreAFlag) {
   EXPECT_GT(frame.passes[1].counters.ledger.traffic(Unit::kTilecore, Purpose::kShadowMap).read_bytes, 0u);
 }
 
+// An L2 that holds the frame fetches every line once.
+TEST(Shadows, LinesThatAreLookedUpCountOnce) {
+  Floor floor;
+  add_light(floor.capture, {}, {0, 0, 0}, {0, -1, 0.001});
+  for (const char* bytes : {"l2.bytes=8388608", "l2.bytes=4096"}) {
+    const FrameResult frame = frame_of(floor.capture, {bytes});
+    const FrameCounters& counters = frame.counters;
+    const std::uint64_t fetched = counters.ledger.traffic(Unit::kTilecore, Purpose::kShadowMap).read_bytes / 64;
+    EXPECT_GT(counters.shadows.lines_read, 0u);
+    EXPECT_LE(counters.shadows.lines_read, 256u * 256u * 4u / 64u + 8u);
+    if (std::string_view(bytes).ends_with("8388608"))
+      EXPECT_EQ(counters.shadows.lines_read, fetched);
+    else
+      EXPECT_LT(counters.shadows.lines_read, fetched);
+  }
+}
+
 // Known answer: traffic of storing an image of 4 bytes a pixel at 60 Hz. Arm's sample of render passes on a Mali-G71
 // shows 554.8 MiB/s (581.7 MB/s) for it.
 TEST(Shadows, StoringAnImageOfArmsSampleMovesTheBytesOfTheClosedForm) {

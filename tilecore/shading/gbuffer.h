@@ -15,7 +15,8 @@ namespace tessera::tilecore {
 //   exact    64 bytes: the visibility record (16), base colour, metalness, roughness, occlusion, emission and normal, in
 //            single precision. Place, view and the surface's position in the image follow from the record, as before.
 //   packed   16 bytes (gbuffer_packing.h); the place follows from the sample's depth. They also tell which samples share
-//            an invocation, as nothing else names the triangle.
+//            an invocation, as nothing else names the triangle. With gbuffer.bits a sample is wider, as in renderers that
+//            keep more than this machine's materials need.
 //
 // Samples share invocations as their visibility records say, whatever the G-buffer holds. The emulator hands place, view and
 // receiver from one half to the other. With `packed` they are the surface's own: depths round far less than the other values.
@@ -43,6 +44,10 @@ void fill_draw(const DrawConstants& draw, const LaneArrays& in, std::size_t coun
 // Neither the draw's material nor its drawable matters, except for the drawable's motion.
 void light_draw(const DrawConstants& draw, const GbufferArrays& in, const float* light_t, std::size_t count,
                 const LookupArrays& lookups, const std::array<float*, 3>& color);
+
+// Clocks of a lane to write or read a word of the packed G-buffer. [measured] add/fill/packed of the table of shaders: 72 clocks
+// pack four words.
+inline constexpr std::uint32_t kGbufferWordClocks = 18;
 
 struct GbufferCounters {
   std::uint64_t filled = 0;

@@ -29,6 +29,11 @@ bool is_blended(const scene::PosedDrawable& drawable) {
   return drawable.material->alpha_mode == scene::AlphaMode::kBlend;
 }
 
+// Clocks of a lane to write or read the words behind the packed values.
+std::uint32_t further_clocks(const PixelShader::Halves& halves) {
+  return static_cast<std::uint32_t>(halves.further_words) * kGbufferWordClocks;
+}
+
 // Rounds the material and the normal of lane `lane` as the packed layout does.
 void round_packed(const GbufferArrays& planes, std::size_t lane) {
   std::array<float, Planes::kMaterial> values;
@@ -82,7 +87,7 @@ void PixelShader::fill(const FrameGeometry& shutter, const Lighting& lighting, s
   batch_planes_.resize(Planes::kAll * kBatch);
   for_each_draw(shutter, invocations, warp_lanes, [&](const Draw& draw) {
     if (fills_gbuffer(draw.drawable))
-      fill_draw_of(shutter, lighting, invocations, draw, textures, warp_lanes, halves.layout);
+      fill_draw_of(shutter, lighting, invocations, draw, textures, warp_lanes, halves);
     else if (!is_blended(draw.drawable))
       shade_draw_of(shutter, lighting, invocations, draw, points, textures, warp_lanes);
   });
@@ -90,10 +95,12 @@ void PixelShader::fill(const FrameGeometry& shutter, const Lighting& lighting, s
 
 void PixelShader::fill_draw_of(const FrameGeometry& shutter, const Lighting& lighting,
                                std::span<const Invocation> invocations, const Draw& of, TextureUnit* textures,
-                               std::size_t warp_lanes, GbufferLayout layout) {
+                               std::size_t warp_lanes, const Halves& halves) {
   const std::span<std::uint32_t> order = of.order;
   const std::uint32_t heights = count_surface(of, textures != nullptr);
-  timing::WarpItem item = keep_warps_ ? fill_warp_item(of.frame, of.drawable, of.quads, layout) : timing::WarpItem();
+  timing::WarpItem item =
+      keep_warps_ ? fill_warp_item(of.frame, of.drawable, of.quads, halves.layout) : timing::WarpItem();
+  item.clocks += further_clocks(halves);
   item.texels = heights;  // of a lane
   if (of.interpolates && !listed_) take_vertices(invocations, of, textures != nullptr, warp_lanes);
   DrawConstants draw =
@@ -109,7 +116,7 @@ void PixelShader::fill_draw_of(const FrameGeometry& shutter, const Lighting& lig
   shade_batches(order.size(), item, lookups, textures, [&](std::size_t first, std::size_t count) {
     fill_lanes(shutter, invocations, of, first, count);
     fill_draw(draw, in, count, lookups, receivers, batch);
-    if (layout == GbufferLayout::kPacked)
+    if (halves.layout == GbufferLayout::kPacked)
       for (std::size_t lane = 0; lane < count; ++lane) round_packed(batch, lane);
     for (std::size_t p = 0; p < planes; ++p)
       for (std::size_t lane = 0; lane < count; ++lane)
@@ -166,6 +173,7 @@ void PixelShader::light_stream(const FrameGeometry& shutter, const Lighting& lig
   timing::WarpItem item =
       keep_warps_ ? light_warp_item(frame, drawable, lighting, halves.layout, evaluates, listed_ ? &numbers : nullptr)
                   : timing::WarpItem();
+  item.clocks += further_clocks(halves);
   if (evaluates && textures != nullptr) item.texels = height_lookups(drawable);
   surface_work_.height_lookups += order.size() * item.texels;
   DrawConstants draw =

@@ -93,6 +93,7 @@ class PixelShader {
   struct Halves {
     GbufferLayout layout = GbufferLayout::kExact;
     bool stored = false;
+    int further_words = 0;  // ShadingSettings::further_words()
   };
   void fill(const scene::FrameGeometry& frame, const Lighting& lighting, std::span<const Invocation> invocations,
             std::span<ShadedPoint> points, TextureUnit* textures, std::size_t warp_lanes, const Vec3* axis,
@@ -177,7 +178,7 @@ class PixelShader {
   std::uint32_t count_surface(const Draw& of, bool textured);
   void fill_draw_of(const scene::FrameGeometry& frame, const Lighting& lighting,
                     std::span<const Invocation> invocations, const Draw& of, TextureUnit* textures,
-                    std::size_t warp_lanes, GbufferLayout layout);
+                    std::size_t warp_lanes, const Halves& halves);
   // Invocations that one light half lights together: the invocations of a draw or, packed, of all draws in one segment of the motion
   // and of the lights'.
   struct Stream {

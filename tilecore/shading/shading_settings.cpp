@@ -41,6 +41,9 @@ Keys<ShadingSettings> shading_keys() {
        "Contents of a sample of the G-buffer: 64 bytes, and images have the bits of shading.path=visibility (exact), "
        "or "
        "16 bytes, which round base colour, normal, metalness, roughness, occlusion and emission (packed)."},
+      {"gbuffer.bits", &S::gbuffer_bits, "bits", S::kPackedBits, 1024,
+       "With gbuffer.layout=packed: bits of a sample of the G-buffer, a multiple of 32. Bits beyond 128 are written, "
+       "kept, moved and read like the others, and light nothing."},
   };
 }
 

@@ -51,7 +51,7 @@ enum class ShadingPath : std::uint8_t {
 // Contents of a sample of the G-buffer (gbuffer.h).
 enum class GbufferLayout : std::uint8_t {
   kExact,   // 64 bytes: the visibility record, and material and normal in single precision
-  kPacked,  // 16 bytes
+  kPacked,  // gbuffer.bits, of which the values take 16 bytes
 };
 
 // Keys shading.*.
@@ -64,10 +64,18 @@ struct ShadingSettings {
   LightLists light_lists = LightLists::kRanged;
   ShadingPath path = ShadingPath::kVisibility;
   GbufferLayout layout = GbufferLayout::kExact;
+  int gbuffer_bits = kPackedBits;  // of a sample of the packed G-buffer: a multiple of 32
+
+  static constexpr int kPackedBits = 128;  // that the packed values take
 
   bool has_gbuffer() const { return path == ShadingPath::kGbuffer || path == ShadingPath::kGbufferExternal; }
   // Bytes of a sample of the G-buffer; 0: there is none.
-  std::uint64_t gbuffer_bytes() const { return !has_gbuffer() ? 0 : layout == GbufferLayout::kExact ? 64 : 16; }
+  std::uint64_t gbuffer_bytes() const {
+    if (!has_gbuffer()) return 0;
+    return layout == GbufferLayout::kExact ? 64 : static_cast<std::uint64_t>(gbuffer_bits / 8);
+  }
+  // Words of 32 bits of a packed sample behind its values.
+  int further_words() const { return layout == GbufferLayout::kExact ? 0 : (gbuffer_bits - kPackedBits) / 32; }
 };
 Keys<ShadingSettings> shading_keys();
 
