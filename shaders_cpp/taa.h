@@ -13,7 +13,8 @@ namespace tessera::shaders {
 //
 // Invariants (cited by the tests):
 //   TAA1  A share of 1 gives the new colour, bit for bit.
-//   TAA2  A result lies in the box of the colours around the pixel in YCoCg, up to rounding.
+//   TAA2  A result lies in the box of the colours around the pixel in YCoCg, up to rounding, before negative light
+//         becomes 0.
 //   TAA3  A lookup at the middle of a texel is the texel, bit for bit. The weights of a lookup add up to 1.
 //   TAA4  A pixel whose place in the previous frame lies outside of the image, or is unknown, has the new colour.
 

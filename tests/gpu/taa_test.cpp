@@ -7,6 +7,7 @@
 #include "gpu/device.h"
 #include "gpu/frame_stream.h"
 #include "gpu/settings.h"
+#include "gpu/view_inputs.h"
 #include "scene/capture_reader.h"
 #include "shaders_cpp/taa.h"
 #include "shaders_cpp/tone_map.h"
@@ -114,8 +115,9 @@ TEST(TaaFilter, AResultLiesAmongTheColorsAround) {  // TAA2
         const Vec3 mixed = shaders::to_ycocg(Vec3(found));
         bool among = true;
         for (int c = 0; c < 3; ++c) among = among && mixed[c] >= low[c] - 1e-4f && mixed[c] <= high[c] + 1e-4f;
+        const bool positive = found.x > 0 && found.y > 0 && found.z > 0;  // the box reaches to negative light
         if (clips) {
-          EXPECT_TRUE(among) << x << " " << y;
+          EXPECT_TRUE(among || !positive) << x << " " << y;
         } else {
           far += among ? 0 : 1;
         }
@@ -435,7 +437,7 @@ TEST(Taa, AMovingCameraKeepsTheGain) {                 // SV3
 }
 
 TEST(Taa, AMovingCardLeavesLittleBehind) {
-  const scene::Capture moving = cards({}, {5.5, 0, 0});
+  const scene::Capture moving = cards({}, {0.4, 4, 0});  // clear of the other cards
   const int last = 9;
   const Image truth = converged(moving, last);
   const Image with_history = shown(frames_of(with(moving, antialiasing()), first(last + 1)).back().targets.color),
@@ -585,8 +587,9 @@ const std::vector<Refused> kRefused = {
      "/passes/1/sample: is not 'lit', where the pass before left its colours"},
     {"AnotherTarget",
      [](PassGraph& g) {
-       g.attachments.push_back(image("more", AttachmentFormat::kRgba16F)), g.passes[1].subpasses[0].write = {"more"},
-                                                                           g.passes[2].subpasses[0].sample = {"more"};
+       g.attachments.push_back(image("more", AttachmentFormat::kRgba16F));
+       g.passes[1].subpasses[0].write = {"more"}, g.passes[2].subpasses[0].sample = {"more"};
+       g.passes.push_back(over_image("keep", PassShader::kCopy, {"more"}, "history"));
      },
      "/passes/1/write: is 'more', which is not the history that the pass samples"},
     {"Format", [](PassGraph& g) { g.attachments[2].format = AttachmentFormat::kRgba8; },
@@ -595,8 +598,11 @@ const std::vector<Refused> kRefused = {
      "/passes/1/write: is 'history', which has another size than the frame"},
     {"Twice",
      [](PassGraph& g) {
-       g.passes.insert(g.passes.begin() + 2, g.passes[1]);
-       g.passes[2].name = "again";
+       g.attachments.push_back(image("second", AttachmentFormat::kRgba16F));
+       g.attachments.back().life = scene::AttachmentLife::kPersistent;
+       g.passes.insert(g.passes.begin() + 2,
+                       over_image("again", PassShader::kTaa, {"history", "velocity", "second"}, "second"));
+       g.passes[3].subpasses[0].sample = {"second"};
      },
      "/passes/2: is a second temporal antialiasing: this machine runs one"},
     {"BehindACopy",
