@@ -54,8 +54,7 @@ Keys<PostSettings> post_keys() {
        "Levels of a bloom; 0 takes the number of levels of the capture's attachment."},
       {"post.taa", &S::taa, "", 0, 1,
        "Share of the new frame in the temporal antialiasing of a capture. The first frames behind a cut take more of "
-       "it, as "
-       "a mean of them all needs; 0 leaves the pass and the velocities out, and frames are not jittered."},
+       "it, as a mean of them all needs; 0 leaves the pass and the velocities out, and frames are not jittered."},
   };
 }
 
