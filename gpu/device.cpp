@@ -1,6 +1,7 @@
 #include "gpu/device.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <utility>
@@ -274,9 +275,19 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, ViewS
     if (geometry->drawables.size() <= kDrawablesToKeep || !geometry->any_motion) eye.pose = geometry;
   }
   const binner::TileGrid grid(request_.width, request_.height, gpu_.tile.width, gpu_.tile.height, request_.region);
-  const tilecore::SamplePattern pattern(
-      sampling_settings(settings_.sampling, gpu_.tilecore.visibility, frame, geometry->parts()));
+  tilecore::SamplingSettings sampling =
+      sampling_settings(settings_.sampling, gpu_.tilecore.visibility, frame, geometry->parts());
+  const Taa* const taa = graph_.taa();
+  if (taa != nullptr) {
+    const std::array<float, 2> jitter = taa_jitter(frame);
+    sampling.jitter_x = jitter[0], sampling.jitter_y = jitter[1];
+  }
+  const tilecore::SamplePattern pattern(sampling);
   tilecore::TileJob job = make_job(*geometry, grid, pattern);
+  if (taa != nullptr) {
+    const StageTimer timer(result, "motion");
+    job.velocities = &eye.taa.begin(frame, *geometry, request_.region);
+  }
   job.pixel_ids = request_.pixel_ids;
   const std::unique_ptr<tilecore::ParameterMaps> procedures = map_procedures(job, result);
   job.procedures = procedures.get();
@@ -313,11 +324,14 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, ViewS
               gpu_.tile.rendering_elimination ? &eye.inputs : nullptr};
   run.pass = graph_.name(), run.prepass = graph_.prepass_name(), run.light = graph_.light_name();
   run.copies = graph_.copies();
+  run.taa = taa;
+  run.taa_history = &eye.taa;
   run.bloom = graph_.bloom();
   run.attachment_bytes = graph_.attachment_bytes();
   run.bloom_strength = static_cast<float>(settings_.post.bloom);
   run.waits = !shadow_passes_.any_pass();
   pipeline_.render(run, {guesses, guess ? &*guess : nullptr});
+  if (taa != nullptr) eye.taa.end(geometry);
   for (const tilecore::DepthMaps* maps : shadow_passes_.stored()) recorder.stored(texture_memory_.range(*maps));
   shadow_passes_.finish(result);
   if (result.counters.transmission.pixels_kept > 0) recorder.stored(texture_memory_.range(behind_));

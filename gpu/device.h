@@ -17,6 +17,7 @@
 #include "gpu/resolve_sequence.h"
 #include "gpu/settings.h"
 #include "gpu/shadow_passes.h"
+#include "gpu/taa.h"
 #include "gpu/view_observer.h"
 #include "gpu/work_progress.h"
 
@@ -40,7 +41,8 @@ struct RenderRequest {
 // The machine put together: sends frames of a capture through front end, binner, tile cores and resolve. Images and
 // counters do not depend on the number of threads. They do not depend on frames before, either, except with
 // frontend.previous_depth_culling, frame_buffer.transaction_elimination and tile.rendering_elimination (counters) and
-// resolve.desampling=adaptive (both), which use the last rendered frame if it is the previous one. If a surface
+// resolve.desampling=adaptive and the temporal antialiasing of a capture (both), which use the last rendered frame if it is
+// the previous one. If a surface
 // transmits, any tile may show pixels of any other, so frames are whole, without desampling, previous_depth_culling and
 // rendering_elimination. Devices share no mutable state: several may render at once, each on a thread of its own.
 class Device {
@@ -98,6 +100,7 @@ class Device {
     InputSignatures inputs{};
     std::vector<std::uint16_t> payloads{};  // FrameStore::payloads
     std::optional<int> kept{};
+    TaaHistory taa{};
   };
 
   scene::FrameRequest frame_request(int frame) const;

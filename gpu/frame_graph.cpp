@@ -80,6 +80,8 @@ class FrameGraph::Reader {
         light(out);
       else if (draws(pass()))
         draw(out);
+      else if (shader == PassShader::kTaa)
+        taa(out);
       else if (shader == PassShader::kBloom)
         bloom(out);
       else
@@ -105,7 +107,8 @@ class FrameGraph::Reader {
   }
 
   void check_tile(std::size_t number) const {
-    constexpr std::uint64_t kGeneralBytes = 20, kDepthBytes = 4, kColorBytes = 8;
+    constexpr std::uint64_t kGeneralBytes = 20, kDepthBytes = 4;
+    const std::uint64_t color_bytes = 8 + (velocity_of(graph_.passes[number]) == nullptr ? 0 : Taa::kVelocityBytes);
     auto bytes = static_cast<std::uint64_t>(tile_bytes_per_sample(
         graph_, graph_.passes[number], static_cast<int>(8 * frame_pixel_bytes(gpu_.frame_buffer.format))));
     const std::uint64_t samples = static_cast<std::uint64_t>(gpu_.tile.width) *
@@ -113,7 +116,7 @@ class FrameGraph::Reader {
                                   static_cast<std::uint64_t>(settings_.sampling.samples_per_pixel);
     // Colours take the place of the visibility record, which is smaller when weights have few bits.
     if (bytes == kGeneralBytes)
-      bytes = std::max(tile_sample_bytes(gpu_, settings_) / samples, kDepthBytes + kColorBytes);
+      bytes = std::max(tile_sample_bytes(gpu_, settings_) / samples, kDepthBytes + color_bytes);
     const std::uint64_t needed = samples * bytes;
     if (gpu_.tile.fit || shades_in_parts(graph_.passes[number])) return;
     if (needed > static_cast<std::uint64_t>(gpu_.cores.memory_bytes))
@@ -166,6 +169,112 @@ class FrameGraph::Reader {
              prepass_ ? "does not load the depths of the pass before"
                       : "does not clear the depths: the frame would be another one");
     store_depth(out.actions_, depth);
+    if (const std::string* velocity = velocity_of(pass()); velocity != nullptr) store_velocity(out.actions_, *velocity);
+  }
+
+  // The subpass that runs temporal antialiasing; nullptr if none does.
+  const Subpass* antialiasing() const {
+    for (const Pass& pass : graph_.passes)
+      if (pass.subpasses[0].shader == PassShader::kTaa) return &pass.subpasses[0];
+    return nullptr;
+  }
+  // The velocities that a pass writes for it; nullptr if it writes none.
+  const std::string* velocity_of(const Pass& pass) const {
+    const Subpass* const reader = antialiasing();
+    if (reader == nullptr || !draws(pass)) return nullptr;
+    for (const std::string& name : pass.subpasses[0].write)
+      if (const Attachment* a = graph_.find(name); a != nullptr && a->format == AttachmentFormat::kRg16F &&
+                                                   std::ranges::find(reader->sample, name) != reader->sample.end())
+        return &name;
+    return nullptr;
+  }
+
+  void store_velocity(tilecore::AttachmentActions& actions, const std::string& velocity) {
+    check_shape(subpass(0) + "/write", *graph_.find(velocity));
+    if (action_of(pass().load, velocity).value_or(LoadAction::kClear) == LoadAction::kLoad)
+      refuse("/load" + pointer_step(velocity), "loads velocities, which the pass writes in every pixel");
+    if (action_of(pass().store, velocity) == StoreAction::kStore && settings_.sampling.samples_per_pixel > 1)
+      refuse("/store" + pointer_step(velocity), "keeps the velocities of {} samples a pixel: a pixel has one",
+             settings_.sampling.samples_per_pixel);
+    if (settings_.post.taa == 0) return;
+    actions.velocity_bytes = Taa::kVelocityBytes;
+    actions.velocity_base = place(actions.velocity_bytes);
+  }
+
+  void taa(FrameGraph& out) {
+    if (!last_) refuse("", "runs before a pass has stored colours");
+    if (!out.copies_.empty() || !glow_.empty())
+      refuse("", "runs behind a {}: this machine antialiases the colours of the pass that draws",
+             glow_.empty() ? "copy" : "bloom");
+    if (pass().subpasses.size() > 1)
+      refuse("/subpasses/1", "follows temporal antialiasing in its pass: it has a pass of its own");
+    if (antialiased_) refuse("", "is a second temporal antialiasing: this machine runs one");
+    const Subpass& one = pass().subpasses[0];
+    const std::string below = subpass(0) + "/sample";
+    if (last_->samples > 1)
+      refuse(below, "is {}, which keeps {} samples a pixel: temporal antialiasing reads resolved colours",
+             in_quotes(colors_), last_->samples);
+    const std::string target = check_history();
+    const auto drawing = std::ranges::find_if(graph_.passes, [&](const Pass& p) { return velocity_of(p) != nullptr; });
+    if (drawing == graph_.passes.end())
+      refuse(below, "has no velocities: an attachment with rg16f that the pass that draws writes");
+    const std::string* const velocity = velocity_of(*drawing);
+    const std::string depth(depth_attachment(graph_, *drawing));
+    for (const std::string& name : one.sample)
+      if (name != colors_ && name != *velocity && name != target && name != depth)
+        refuse(below, "is {}: temporal antialiasing reads colours, velocities, depths and its history",
+               in_quotes(name));
+    if (std::ranges::find(one.sample, colors_) == one.sample.end())
+      refuse(below, "is not {}, where the pass before left its colours", in_quotes(colors_));
+    if (!pass().load.empty() || !pass().store.empty())
+      refuse("", "overrides the loads and stores of temporal antialiasing");
+    antialiased_ = true;
+    colors_ = target;
+    if (settings_.post.taa == 0) return;
+    refuse_settings();
+    Taa& made = out.taa_.emplace();
+    made.name = pass().name, made.source = *last_, made.share = static_cast<float>(settings_.post.taa);
+    made.velocity_base = out.actions_.velocity_base;
+    if (std::ranges::find(one.sample, depth) != one.sample.end())
+      made.depth_base = out.actions_.depth_base, made.depth_bytes = out.actions_.depth_bytes;
+    const tilecore::PixelCoder coder(tilecore::FrameFormat::kRgba16f, frame_exposure(capture_, settings_));
+    last_ = tilecore::ColorAttachment{coder, 0, 1};
+    made.before_base = place(last_->pixel_bytes());
+    last_->base = place(last_->pixel_bytes());
+    made.history = *last_;
+  }
+
+  // Returns the one attachment that temporal antialiasing writes and samples as the previous frame left it.
+  std::string check_history() const {
+    const Subpass& one = pass().subpasses[0];
+    const std::string below = subpass(0) + "/write";
+    const Attachment* target = one.write.size() == 1 ? graph_.find(one.write[0]) : nullptr;
+    if (target == nullptr) refuse(below, "is not one attachment of its own");
+    if (target->life != scene::AttachmentLife::kPersistent ||
+        std::ranges::find(one.sample, target->name) == one.sample.end())
+      refuse(below, "is {}, which is not the history that the pass samples", in_quotes(target->name));
+    if (target->format != AttachmentFormat::kRgba16F)
+      refuse(below, "is {} with {}: a history is rgba16f", in_quotes(target->name),
+             scene::kAttachmentFormatNames[static_cast<std::size_t>(target->format)]);
+    check_shape(below, *target);
+    return target->name;
+  }
+
+  void refuse_settings() const {
+    if (!whole_)
+      throw UsageError(
+          "a region of the frame: temporal antialiasing finds pixels anywhere in the previous frame; post.taa=0 leaves "
+          "it "
+          "out");
+    if (gpu_.tile.rendering_elimination)
+      throw UsageError(
+          "temporal antialiasing takes its samples elsewhere in every frame, and no tile repeats: set "
+          "tile.rendering_elimination=false, or post.taa=0");
+    if (settings_.shading.path == tilecore::ShadingPath::kGbufferExternal)
+      throw UsageError(
+          "temporal antialiasing with shading.path=gbuffer_external: a G-buffer in memory keeps no velocities; set "
+          "another "
+          "path, or post.taa=0");
   }
 
   // Parameters of surfaces: lit in this pass, or stored for one that lights them.
@@ -174,8 +283,10 @@ class FrameGraph::Reader {
     if (prepass_) refuse("", "fills a G-buffer behind a pass of depths: this machine has one or the other");
     const std::vector<Subpass>& all = pass().subpasses;
     const std::string below = subpass(0) + "/write";
+    const std::string* const velocity = velocity_of(pass());
     int bits = 0;
     for (const std::string& name : all[0].write) {
+      if (velocity != nullptr && name == *velocity) continue;
       const Attachment* color = graph_.find(name);
       if (color == nullptr) refuse(below, "is {}, which is no attachment of its own", in_quotes(name));
       if (is_depth(color->format)) refuse(below, "is {}: a G-buffer keeps its depths in 'depth'", in_quotes(name));
@@ -188,9 +299,11 @@ class FrameGraph::Reader {
     if (bits < tilecore::ShadingSettings::kBitsWithoutEmission)
       refuse(below, "have {} bits a sample: material and normal of a lit surface take {}", bits,
              tilecore::ShadingSettings::kBitsWithoutEmission);
-    check_depth(LoadAction::kClear, StoreAction::kDiscard, "its passes move depths as their path does");
+    const bool stored = all.size() == 1;  // a later pass lights them
+    check_depth(LoadAction::kClear, stored ? StoreAction::kDiscard : depth_store(),
+                "a G-buffer clears its depths, and moves them as its path does");
     out.name_ = pass().name;
-    if (all.size() == 1) {  // a later pass lights them
+    if (stored) {
       for (const auto& [name, action] : pass().store)
         if (action != StoreAction::kStore)
           refuse("/store" + pointer_step(name), "drops samples that a later pass lights");
@@ -217,6 +330,8 @@ class FrameGraph::Reader {
     }
     check_drawn(drawn);
     out.actions_ = target_actions();
+    store_depth(out.actions_, std::string(scene::kDepthAttachment));
+    if (velocity != nullptr) store_velocity(out.actions_, *velocity);
   }
 
   void light(FrameGraph& out) {
@@ -239,6 +354,11 @@ class FrameGraph::Reader {
   void check_drawn(const std::vector<DrawFilter>& drawn) const {
     if (drawn != std::vector{DrawFilter::kAll} && drawn != std::vector{DrawFilter::kOpaque, DrawFilter::kBlended})
       refuse(subpass(0) + "/draw", "leaves surfaces out: draw all, or opaque and then blended ones");
+  }
+
+  // The store of the pass's depth that its capture asks for.
+  StoreAction depth_store() const {
+    return action_of(pass().store, depth_attachment(graph_, pass())).value_or(StoreAction::kDiscard);
   }
 
   // Refuses loads and stores of the pass's depth that ask for more than these.
@@ -311,8 +431,15 @@ class FrameGraph::Reader {
   }
 
   void store_depth(tilecore::AttachmentActions& actions, const std::string& depth) {
-    const StoreAction store = action_of(pass().store, depth).value_or(StoreAction::kDiscard);
+    const Subpass* const reader = antialiasing();
+    const bool sampled =
+        reader != nullptr && settings_.post.taa > 0 && std::ranges::find(reader->sample, depth) != reader->sample.end();
+    const StoreAction store =
+        action_of(pass().store, depth).value_or(sampled ? StoreAction::kResolve : StoreAction::kDiscard);
     if (store == StoreAction::kDiscard) return;
+    if (sampled && store == StoreAction::kStore && settings_.sampling.samples_per_pixel > 1)
+      refuse("/store" + pointer_step(depth), "keeps the depths of {} samples a pixel: temporal antialiasing reads one",
+             settings_.sampling.samples_per_pixel);
     const Attachment* declared = graph_.find(depth);
     if (declared != nullptr) check_shape("", *declared);
     const int bits = declared == nullptr ? 32 : sample_bits(declared->format);
@@ -327,7 +454,8 @@ class FrameGraph::Reader {
     if (pass().subpasses.size() > 1)
       refuse("/subpasses/1", "runs over an image that was copied: copies have a pass each");
     const bool maps = one.shader == PassShader::kTonemap;
-    if (one.shader != PassShader::kCopy && !maps) refuse_shader(0, "a pass over an image runs bloom, tonemap or copy");
+    if (one.shader != PassShader::kCopy && !maps)
+      refuse_shader(0, "a pass over an image runs taa, bloom, tonemap or copy");
     const bool adds = maps && one.sample.size() == 2 && !glow_.empty() && one.sample[1] == glow_;
     if (one.sample.empty() || one.sample[0] != colors_ || (one.sample.size() != 1 && !adds))
       refuse(subpass(0) + "/sample", "is not {}, where the pass before left its colours{}", in_quotes(colors_),
@@ -343,9 +471,11 @@ class FrameGraph::Reader {
   void check_target(std::size_t number, bool first = false) {
     const std::string below = subpass(number) + "/write";
     std::string color;
+    const std::string* const velocity = velocity_of(pass());
     for (const std::string& name : pass().subpasses[number].write) {
       const Attachment* declared = graph_.find(name);
       if (name == scene::kDepthAttachment || (declared != nullptr && is_depth(declared->format))) continue;
+      if (velocity != nullptr && name == *velocity && pass().subpasses[number].write.size() > 1) continue;
       if (!color.empty()) refuse(below, "are several colours: this machine renders one");
       color = name;
     }
@@ -409,6 +539,7 @@ class FrameGraph::Reader {
   std::array<int, 2> frame_;
   bool whole_;        // all of the frame is rendered
   std::string glow_;  // attachment that a bloom fills; empty: none has run
+  bool antialiased_ = false;
   std::uint64_t pixels_, end_ = 0;
   std::size_t pass_ = 0;
   bool prepass_ = false;                           // a pass of depths has run

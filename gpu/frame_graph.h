@@ -11,6 +11,7 @@
 #include "gpu/bloom.h"
 #include "gpu/configuration.h"
 #include "gpu/settings.h"
+#include "gpu/taa.h"
 #include "scene/capture.h"
 #include "tilecore/attachment_actions.h"
 
@@ -25,7 +26,8 @@ struct CopyPass {
 };
 
 // The passes that a capture describes, as this machine renders them: one pass that draws all surfaces, along one of the shading
-// paths (follow_passes()), some of which have a second pass; a bloom of its colours, and copies that bring them into the frame, with or without the bloom. A copy into the frame may be called a
+// paths (follow_passes()), some of which have a second pass; temporal antialiasing and a bloom of its colours; and copies that bring
+// them into the frame, with or without the bloom. A copy into the frame may be called a
 // tone map. If the frame's format holds codes, the store maps the colours, whichever pass they come from; in the pass
 // that draws, the tone map is the store. A capture without passes has one, `main`, that draws into the frame. Shadows,
 // transmission and the resolve unit add passes of their own when needed.
@@ -44,8 +46,9 @@ class FrameGraph {
  public:
   // `region`: the part of the frame that attachments cover. Throws InputError with the place in the capture's file: for
   // a pass that no tile of the machine holds, for passes and actions that this machine does not render, and for actions
-  // that would change the image. Throws UsageError for desampling with copies, and, if there is a bloom, for settings
-  // that omit pixels it needs: a `region` smaller than `frame`, and rendering elimination.
+  // that would change the image. Throws UsageError for desampling with copies, and, if there is a bloom or temporal
+  // antialiasing, for settings that omit pixels it needs: a `region` smaller than `frame`, and rendering elimination; temporal
+  // antialiasing also refuses shading.path=gbuffer_external.
   FrameGraph(const scene::Capture& capture, const GpuConfiguration& gpu, const RunSettings& settings, IntRect region,
              const std::array<int, 2>& frame);
 
@@ -57,7 +60,9 @@ class FrameGraph {
   const tilecore::AttachmentActions& actions() const { return actions_; }
   // Copies in the order in which they run, after the passes that draw and light.
   std::span<const CopyPass> copies() const { return copies_; }
-  // The bloom, between the pass that draws and the copies; nullptr if there is none.
+  // Temporal antialiasing, behind the pass that draws; nullptr if there is none.
+  const Taa* taa() const { return taa_ ? &*taa_ : nullptr; }
+  // The bloom, between these and the copies; nullptr if there is none.
   const Bloom* bloom() const { return bloom_ ? &*bloom_ : nullptr; }
   // Whether a pass loads the previous frame from the frame buffer.
   bool loads_frame() const;
@@ -72,6 +77,7 @@ class FrameGraph {
   std::string name_ = "main", prepass_name_ = "prepass", light_name_ = "light";
   tilecore::AttachmentActions actions_;
   std::vector<CopyPass> copies_;
+  std::optional<Taa> taa_;
   std::optional<Bloom> bloom_;
   std::uint64_t attachment_bytes_ = 0;
 };

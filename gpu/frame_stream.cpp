@@ -13,7 +13,7 @@ bool frames_are_independent(const scene::Capture& capture, const GpuConfiguratio
   // A loaded compressed frame has the size that its content compressed to.
   const bool loads = capture.settings.graph && std::ranges::any_of(capture.settings.graph->passes,
                                                                    [](const auto& pass) { return !pass.load.empty(); });
-  return !loads && settings.resolve.desampling != tilecore::Desampling::kAdaptive &&
+  return !loads && !antialiases(capture, settings) && settings.resolve.desampling != tilecore::Desampling::kAdaptive &&
          !gpu.frontend.previous_depth_culling && !eliminates(gpu) &&
          gpu.queues.caches == hardware::FrameCaches::kEmpty && !request.record_accesses &&
          !request.keep_transactions;  // transactions may take many times the memory of the rest of a frame

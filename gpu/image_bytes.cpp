@@ -21,11 +21,15 @@ std::uint64_t image_bytes(const RenderRequest& request, const RunSettings& setti
     return m.has(scene::MaterialEffect::kTransmission);
   });
   const std::optional<scene::PassGraph>& graph = capture.settings.graph;
-  const bool blooms = graph && std::ranges::any_of(graph->passes, [](const scene::Pass& pass) {
-                        return pass.subpasses[0].shader == scene::PassShader::kBloom;
-                      });
+  const auto runs = [&](scene::PassShader shader) {
+    return graph && std::ranges::any_of(graph->passes,
+                                        [&](const scene::Pass& pass) { return pass.subpasses[0].shader == shader; });
+  };
+  // A history, the next one, velocities and depths.
+  const unsigned histories = antialiases(capture, settings) ? 16 + 16 + 8 + 4 : 0;
   return static_cast<std::uint64_t>(request.region.width()) * static_cast<std::uint64_t>(request.region.height()) *
-         (per_pixel * (stereo ? 2 : 1) + (transmits ? 16u : 0u) + (blooms ? 16u : 0u) + depths);
+         ((per_pixel + histories) * (stereo ? 2 : 1) + (transmits ? 16u : 0u) +
+          (runs(scene::PassShader::kBloom) ? 16u : 0u) + depths);
 }
 
 }  // namespace tessera::gpu

@@ -3,6 +3,7 @@
 #include "base/parallel.h"
 #include "base/round_up.h"
 #include "shaders_cpp/bloom.h"
+#include "shaders_cpp/taa.h"
 
 namespace tessera::gpu {
 
@@ -63,6 +64,21 @@ constexpr tilecore::ImageShader kDown{.lookups = shaders::kBloomDownLookups, .cl
     kUp{.lookups = shaders::kBloomUpLookups, .clocks = 2 + 16 + 24 + 6 + 4, .registers = 16},
     kMix{.lookups = 1, .clocks = 2 + 6 + 4, .registers = 8};
 
+// [assumed] Clocks of a lane for a pixel of temporal antialiasing: eight comparisons of neighbours with a selection each; its
+// place in the previous frame; weights and places of the lookup, and the weighted sum of five taps; ten colours to YCoCg,
+// minima and maxima of four channels over nine; clipping; the way back; luma weights; the mix. Packing takes 4. Without a
+// previous frame it copies.
+constexpr int kTaaNeighbourLookups = 2 * shaders::kTaaNeighbours;  // colours, and depths or velocities
+constexpr tilecore::ImageShader kMixHistory{.lookups = kTaaNeighbourLookups + shaders::kTaaHistoryLookups,
+                                            .clocks = 8 * 2 + 4 + (30 + 25) + (10 * 6 + 2 * 4 * 8) + 18 + 4 + 6 + 9 + 4,
+                                            .registers = 32},
+    kBeginHistory{.lookups = 1, .clocks = 4, .registers = 8};
+// With depths the velocity of the nearest one is a lookup more.
+constexpr tilecore::ImageShader with_depths(tilecore::ImageShader shader) {
+  ++shader.lookups;
+  return shader;
+}
+
 std::uint64_t texels_in(IntRect part) {
   return static_cast<std::uint64_t>(part.width()) * static_cast<std::uint64_t>(part.height());
 }
@@ -95,6 +111,35 @@ void add_bloom(const ViewRun& run, IntRect pixels, const Image& bloom) {
 }
 
 }  // namespace
+
+ImagePass taa_pass(const ViewRun& run, const OrderedTiles& tiles) {
+  const Taa& taa = *run.taa;
+  ImagePass pass{.name = taa.name, .stage = "taa"};
+  pass.begin = [&run, &taa] { run.taa_history->resolve(taa, run.result.targets.color); };
+  pass.work = [&run, &taa, tiles](TileCore& core, binner::TileIndex tile) {
+    core.run_image_shader(run.job, texels_in(tiles.grid.pixels(tile)),
+                          !run.taa_history->follows() ? kBeginHistory
+                          : taa.depth_bytes > 0       ? with_depths(kMixHistory)
+                                                      : kMixHistory);
+  };
+  pass.loads = &taa.source;
+  pass.share = [&run, &taa, tiles](WorkRecorder::Round& round) {
+    const auto move = [&](std::uint64_t base, std::uint64_t pixel_bytes, bool write) {
+      const TileArray array{write ? memory::Unit::kResolve : memory::Unit::kTilecore, memory::Purpose::kAttachment,
+                            write, base};
+      tiles.move(
+          round, array, [&](IntRect pixels) { return pixel_bytes * texels_in(pixels); },
+          [](binner::TileIndex) { return true; });
+    };
+    if (run.taa_history->follows()) {
+      move(taa.velocity_base, Taa::kVelocityBytes, false);
+      if (taa.depth_bytes > 0) move(taa.depth_base, taa.depth_bytes, false);
+      move(taa.before_base, taa.history.pixel_bytes(), false);
+    }
+    move(taa.history.base, taa.history.pixel_bytes(), true);
+  };
+  return pass;
+}
 
 ImagePass bloom_pass(const ViewRun& run, const OrderedTiles& tiles, const BloomStep& step, std::vector<Image>& images) {
   const Bloom& bloom = *run.bloom;

@@ -173,6 +173,7 @@ void Pipeline::render(const ViewRun& run, const PreviousDepth& previous) {
   if (previous.store) second_pass(run, scheduler, binner, front_end);
   if (job.resolve != nullptr && job.resolve->settings.reach == tilecore::StencilReach::kNeighbours)
     scheduler.render(stencil_pass(run));
+  if (run.taa != nullptr) scheduler.render(taa_pass(run, scheduler.tiles()));
   std::vector<Image> bloom;
   if (run.bloom != nullptr)
     for (const BloomStep& step : run.bloom->steps()) scheduler.render(bloom_pass(run, scheduler.tiles(), step, bloom));

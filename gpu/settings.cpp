@@ -52,6 +52,9 @@ Keys<PostSettings> post_keys() {
        "Share of a pixel's light that the bloom of a capture spreads around it; 0 leaves the passes of the bloom out."},
       {"post.bloom_levels", &S::bloom_levels, "", 0, scene::Attachment::kMaxLevels,
        "Levels of a bloom; 0 takes the number of levels of the capture's attachment."},
+      {"post.taa", &S::taa, "", 0, 1,
+       "Share of the new frame in the temporal antialiasing of a capture. The first frames behind a cut take more of "
+       "it, as a mean of them all needs; 0 leaves the pass and the velocities out, and frames are not jittered."},
   };
 }
 

@@ -45,6 +45,7 @@ struct StereoSettings {
 struct PostSettings {
   double bloom = 0.15;   // share of a pixel's light that a bloom spreads
   int bloom_levels = 0;  // 0: the capture's
+  double taa = 0.1;      // share of the new frame in temporal antialiasing; 0: none
 };
 
 // Keys output.*.

@@ -20,6 +20,16 @@ struct NamedPath {
   int bits = 0;  // of a sample of the G-buffer; 0: there is none
 };
 
+// Velocities lie beside the G-buffer that a subpass fills.
+bool is_velocity(const scene::PassGraph& graph, const std::string& name) {
+  return std::ranges::any_of(graph.passes, [&](const scene::Pass& pass) {
+    return std::ranges::any_of(pass.subpasses, [&](const scene::Subpass& subpass) {
+      return subpass.shader == scene::PassShader::kTaa &&
+             std::ranges::find(subpass.sample, name) != subpass.sample.end();
+    });
+  });
+}
+
 std::optional<NamedPath> named_path(const scene::PassGraph& graph) {
   std::optional<NamedPath> named;
   for (const scene::Pass& pass : graph.passes)
@@ -30,7 +40,8 @@ std::optional<NamedPath> named_path(const scene::PassGraph& graph) {
           pass.subpasses, [](const scene::Subpass& other) { return other.shader == scene::PassShader::kLight; });
       named = {on_chip ? Path::kGbuffer : Path::kGbufferExternal, 0};
       for (const std::string& name : subpass.write)
-        if (const scene::Attachment* color = graph.find(name); color != nullptr && !is_depth(color->format))
+        if (const scene::Attachment* color = graph.find(name);
+            color != nullptr && !is_depth(color->format) && !is_velocity(graph, name))
           named->bits += sample_bits(color->format);
     }
   return named;

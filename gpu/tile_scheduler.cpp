@@ -193,6 +193,9 @@ void TileScheduler::share_stores(WorkRecorder::Round& round, std::span<const Sha
   if (actions.depth_bytes > 0)
     all.move(round, {Unit::kResolve, Purpose::kAttachment, true, actions.depth_base}, bytes_of(actions.depth_bytes),
              finished);
+  if (actions.velocity_bytes > 0)
+    all.move(round, {Unit::kResolve, Purpose::kAttachment, true, actions.velocity_base},
+             bytes_of(actions.velocity_bytes), finished);
 }
 
 void TileScheduler::share_flags(Round& round) {

@@ -33,7 +33,9 @@ struct ViewRun {
   std::uint32_t first_tile = 0;       // WorkRecorder::begin_view()
   bool waits = true;                  // the geometry of its first pass waits for the tiles of all passes before
   std::span<const CopyPass> copies{};
-  const Bloom* bloom = nullptr;  // before the copies; nullptr: none
+  const Taa* taa = nullptr;           // before the bloom; nullptr: none
+  TaaHistory* taa_history = nullptr;  // with `taa`
+  const Bloom* bloom = nullptr;       // before the copies; nullptr: none
   float bloom_strength = 0;
   std::uint64_t attachment_bytes = 0;  // what shading paths store lies behind
   // Names of the other pass of a path with two: one that stores depths alone, one that lights a stored G-buffer.

@@ -78,9 +78,10 @@ class ReplayCommand final : public Command {
                    fmt::format("Auxiliary layers for the EXR files: {}", fmt::join(auxiliary_layers(), ", ")))
         ->type_name("LIST")
         ->delimiter(',');
-    app.add_option("--warmup", warmup_,
-                   "With resolve.desampling=adaptive: render so many frames before the first one without writing them, "
-                   "so that it has a history")
+    app.add_option(
+           "--warmup", warmup_,
+           "With resolve.desampling=adaptive or temporal antialiasing: render so many frames before the first one "
+           "without writing them, so that it has a history")
         ->type_name("N");
     app.add_option("--history", history_, "Go on from the history that a replay left of the frame before the first one")
         ->type_name("FILE");
@@ -498,7 +499,8 @@ class ReplayCommand final : public Command {
       throw UsageError(
           "--aux rate, velocity, edges, discrepancy, origin and error need --set resolve.desampling=adaptive or "
           "another than off");
-    if ((warmup_ > 0 || !history_.empty() || !save_history_.empty()) &&
+    const bool accumulates = warmup_ > 0 && gpu::antialiases(capture, settings);
+    if (((warmup_ > 0 && !accumulates) || !history_.empty() || !save_history_.empty()) &&
         settings.resolve.desampling != tilecore::Desampling::kAdaptive)
       throw UsageError("--warmup, --history and --save-history need --set resolve.desampling=adaptive");
     if (warmup_ < 0) throw UsageError("--warmup must not be negative");

@@ -26,8 +26,10 @@ struct AttachmentActions {
   std::optional<ColorAttachment> color;  // destination of its colours; nullopt: the frame
   std::uint64_t depth_bytes = 0;         // bytes stored for each pixel's depths; 0: depths are discarded
   std::uint64_t depth_base = 0;          // base address of the depths within the memory of attachments
+  std::uint64_t velocity_bytes = 0;      // bytes stored for each pixel's velocity; 0: there are no velocities
+  std::uint64_t velocity_base = 0;       // base address of the velocities within the memory of attachments
 
-  bool any() const { return load_color || color || depth_bytes > 0; }
+  bool any() const { return load_color || color || depth_bytes > 0 || velocity_bytes > 0; }
 };
 
 }  // namespace tessera::tilecore

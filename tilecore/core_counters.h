@@ -178,14 +178,16 @@ template <>
 inline constexpr bool kAbsentWhenIdle<tilecore::ImagePassCounters> = true;
 
 template <>
-inline constexpr auto kCounterFields<tilecore::ImagePassCounters> =
-    std::to_array<CounterField<tilecore::ImagePassCounters>>({
-        {"post.texels", &tilecore::ImagePassCounters::texels, Combine::kSum, "texels",
-         "Texels that shaders of passes over images made: levels of a bloom, and pixels to which it is added.", ""},
-        {"post.lookups", &tilecore::ImagePassCounters::lookups, Combine::kSum, "texels",
-         "Bilinear lookups that they took; also in texture.texels.", ""},
-        {"post.warps", &tilecore::ImagePassCounters::warps, Combine::kSum, "warps", "Warps that they took.", ""},
-    });
+inline constexpr auto kCounterFields<tilecore::ImagePassCounters> = std::to_array<
+    CounterField<tilecore::ImagePassCounters>>({
+    {"post.texels", &tilecore::ImagePassCounters::texels, Combine::kSum, "texels",
+     "Texels that shaders of passes over images made: levels of a bloom, pixels to which it is added, and pixels of "
+     "temporal antialiasing.",
+     ""},
+    {"post.lookups", &tilecore::ImagePassCounters::lookups, Combine::kSum, "texels",
+     "Bilinear lookups that they took; also in texture.texels.", ""},
+    {"post.warps", &tilecore::ImagePassCounters::warps, Combine::kSum, "warps", "Warps that they took.", ""},
+});
 TESSERA_COUNTERS_COVER(tilecore::ImagePassCounters);
 
 }  // namespace tessera

@@ -178,7 +178,8 @@ TileResult TileCore::take_result() {
   counters.lights = shader_.take_light_counters();
   tessera::merge(counters.gbuffer, shader_.take_gbuffer_counters());
   result_.light_records = result_.light_records || counters.lights.lists > 0;
-  if (const std::uint64_t places = resolve_.take_places(); !parameters_) {
+  const VelocityBuffer::Work velocities = velocities_.take_work();
+  if (const std::uint64_t places = resolve_.take_places() + velocities.places; !parameters_) {
     counters.shading.places_found += places;
     counters.tilecore.triangle_table_bytes += TriangleTable::kRecordBytes * counters.shading.pixel_shader_invocations +
                                               3 * TriangleTable::kCornerBytes * counters.shading.places_found;
@@ -187,6 +188,7 @@ TileResult TileCore::take_result() {
   counters.texture = shader_.textures().take_counters();
   counters.texture.texels += std::exchange(image_lookups_, 0);
   counters.desampling = resolve_.take_counters();
+  counters.desampling.velocity_operations += velocities.operations;
   counters.history = resolve_.take_history_counters();
   counters.store = store_.take_counters();
   result_.ledger += resolve_.take_ledger();
@@ -628,6 +630,7 @@ void TileCore::finish(const TileJob& job, binner::TileIndex tile, TileState& sta
       result_.counters.transmission.pixels_kept += static_cast<std::uint64_t>(pixels.width() * pixels.height());
     resolve_samples(job, pixels, targets);
   }
+  if (job.velocities != nullptr) write_velocities(job, state);
   store_colors(job, tile, job.actions, open, targets);
   write_maps(state, targets);
   if (!targets.coarse_depth.farthest.empty()) store_coarse_depth(state, targets.coarse_depth);
@@ -642,6 +645,12 @@ void TileCore::resolve_samples(const TileJob& job, const IntRect& pixels, FrameT
   resolve_multisample(
       {shader_.color(), shader_.coverage(), samples_.spp, pixels, targets.region, job.burst_bytes(), false},
       targets.color, result_.counters.resolve, result_.ledger);
+}
+
+void TileCore::write_velocities(const TileJob& job, TileState& state) {
+  const std::uint64_t vertices = velocities_.write(*job.frame, samples_, state, *job.velocities);
+  result_.ledger.read(memory::Unit::kResolve, memory::Purpose::kHistory,
+                      memory::burst_bytes(0, vertices, job.burst_bytes()));
 }
 
 void TileCore::write_maps(TileState& state, FrameTargets& targets) const {

@@ -9,6 +9,7 @@
 #include "binner/tile_grid.h"
 #include "scene/frame_geometry.h"
 #include "tilecore/frame_targets.h"
+#include "tilecore/resolve/surface_velocities.h"
 #include "tilecore/shading/alpha_test.h"
 #include "tilecore/shading/deferred_shader.h"
 #include "tilecore/tessellation/mesh_store.h"
@@ -115,6 +116,8 @@ class TileCore {
                     FrameTargets& targets);
   // Makes the colours of a tile's pixels from the shaded samples. An attachment that keeps every sample rounds them first.
   void resolve_samples(const TileJob& job, const IntRect& pixels, FrameTargets& targets);
+  // Fills the tile's part of job.velocities, and charges the work.
+  void write_velocities(const TileJob& job, TileState& state);
   // Writes the outputs besides colours that were asked for.
   void write_maps(TileState& state, FrameTargets& targets) const;
   // Writes the farthest depths of the tile's blocks.
@@ -161,6 +164,7 @@ class TileCore {
   AlphaTest alpha_test_;
   DeferredShader shader_;
   ResolveUnit resolve_;
+  SurfaceVelocities velocities_;
   TileStore store_;
   SamplingController sampler_;
   TileResult result_;

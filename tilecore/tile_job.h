@@ -24,6 +24,7 @@ namespace tessera::tilecore {
 class ParameterMaps;
 
 struct ResolveFrame;
+struct VelocityAttachment;
 
 // Effects whose general kernels run even if the scene does not ask for them or the front end found that they can be
 // left out.
@@ -31,7 +32,7 @@ struct ForcedEffects {
   bool motion = false, lens = false, displacement = false, alpha_test = false;
 };
 
-// Everything that the tile cores of one frame share; read only, except for the targets of `resolve`.
+// Everything that the tile cores of one frame share; read only, except for `velocities` and the targets of `resolve`.
 struct TileJob {
   const scene::FrameGeometry* frame = nullptr;
   const binner::TileGrid* grid = nullptr;
@@ -49,6 +50,7 @@ struct TileJob {
   const ParameterMaps* procedures = nullptr;      // cells that the sampling controller draws; nullptr: none
   FrameStore store;                               // storage of finished pixels
   AttachmentActions actions;                      // loads of tiles before they draw, and their stores
+  VelocityAttachment* velocities = nullptr;       // that finished tiles fill; nullptr: no pass reads velocities
   ResolveFrame* resolve = nullptr;                // desampling; nullptr: every pixel is shaded
   shaders::RadianceImage* scene_color = nullptr;  // lighting.behind's image, to be filled; nullptr: nothing transmits
   // A pass that draws depths alone, one sample a texel, stores them here and shades nothing. nullptr: colours are made.

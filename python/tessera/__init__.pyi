@@ -255,6 +255,7 @@ class SettingsKeys(TypedDict, total=False):
     stereo__far_depth: float  # 0 to 1e+09 scene units. With desampling the right eye takes pixels from the left eye if both see farther than this.
     post__bloom: float  # 0 to 1. Share of a pixel's light that the bloom of a capture spreads around it; 0 leaves the passes of the bloom out.
     post__bloom_levels: int  # 0 to 15. Levels of a bloom; 0 takes the number of levels of the capture's attachment.
+    post__taa: float  # 0 to 1. Share of the new frame in the temporal antialiasing of a capture. The first frames behind a cut take more of it, as a mean of them all needs; 0 leaves the pass and the velocities out, and frames are not jittered.
     output__machine_model: bool  # Whether texture caches, cycles and energy are modelled; without, their counters and the members timing and energy are absent.
     output__exposure: float  # 0 to 1e+06. Factor on light before the PNG's tone map; 0 takes the capture's.
 

@@ -86,6 +86,9 @@ class Tradeoff {
                                 {0, 0, options_.width, options_.height}, {options_.width, options_.height});
     if (graph.bloom() != nullptr)
       throw UsageError("the reference has no bloom, by which every image would differ from it: set post.bloom=0");
+    if (graph.taa() != nullptr)
+      throw UsageError(
+          "the reference has no temporal antialiasing, which gathers over frames what a knob changes: set post.taa=0");
     if (options_.effects) return run_effects(captures);
     std::vector<Block> blocks = plan(prepared);
     // Models of timing draw nothing.

@@ -407,7 +407,7 @@ const std::vector<Refused> kRefused = {
     {"Bloom", [](PassGraph& g) { g.passes[1].subpasses[0].shader = PassShader::kBloom; },
      "/passes/1/write: is not one attachment of its own"},
     {"Reduce", [](PassGraph& g) { g.passes[1].subpasses[0].shader = PassShader::kReduce; },
-     "/passes/1/shader: is reduce: a pass over an image runs bloom, tonemap or copy on this machine"},
+     "/passes/1/shader: is reduce: a pass over an image runs taa, bloom, tonemap or copy on this machine"},
     {"SecondDraw", [](PassGraph& g) { g.passes[1] = drawing("frame"), g.passes[1].name = "more"; },
      "/passes/1: draws after another pass has drawn"},
     {"RightEye", [](PassGraph& g) { g.passes[0].view = scene::PassView::kRight; },

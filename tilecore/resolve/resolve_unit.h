@@ -279,7 +279,8 @@ inline constexpr auto kCounterFields<tilecore::DesamplingCounters> =
         {"resolve.advections_disoccluded", &tilecore::DesamplingCounters::advections_disoccluded, Combine::kSum,
          "pixels", "Pixels shaded because the previous frame shows another surface or depth in their place.", ""},
         {"resolve.velocity_operations", &tilecore::DesamplingCounters::velocity_operations, Combine::kSum, "operations",
-         "Operations of four channels for velocities: 5 for a point of a rigid drawable (a matrix and a division), 15 "
+         "Operations of four channels for velocities, of desampling or of temporal antialiasing: 5 for a point of a "
+         "rigid drawable (a matrix and a division), 15 "
          "for a point of a deforming triangle in both frames, 41 for a point of a deforming patch, 120 more if it is "
          "displaced. Unless shading.surface=evaluated, a patch's vertices that a tile's pixels see are evaluated, once "
          "each, and points lie on triangles.",

@@ -198,6 +198,15 @@ void SamplePattern::make_offsets() {
   };
   centre(&Offset::x);
   centre(&Offset::y);
+  if (settings_.jitter_x != 0 || settings_.jitter_y != 0) move_offsets();
+}
+
+void SamplePattern::move_offsets() {
+  const auto moved = [](float place, float by) {
+    const float at = std::round(256.0f * (place + by)), inside = at - 256.0f * std::floor(at / 256.0f);
+    return std::max(inside, 1.0f) / 256.0f;
+  };
+  for (Offset& o : offsets_) o = {moved(o.x, settings_.jitter_x), moved(o.y, settings_.jitter_y)};
 }
 
 void SamplePattern::make_times_and_lens() {

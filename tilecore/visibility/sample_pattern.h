@@ -20,6 +20,9 @@ struct SamplingSettings {
   int times = 0;         // distinct times, up to 256; 0: as many as strata and precision allow
   std::vector<ShutterSegment> segments =
       {};  // of motion: parts of the shutter that samples are looked for in one at a time
+  // Moves all samples of a pixel by as much, in pixels from -1 to 1, rounded to 1/256. A sample that would leave its pixel
+  // enters it from the other side, at least 1/256 from the border.
+  float jitter_x = 0, jitter_y = 0;
 };
 
 // Times as stencil values 0..255, the upper eight bits of a sample's time. Empty when first > last.
@@ -106,6 +109,7 @@ class SamplePattern {
   // The lens table that the block of a pixel uses.
   std::size_t lens_variant(int x, int y) const;
   void make_offsets();
+  void move_offsets();
   void make_times_and_lens();
   // `by_time`: all samples of the pattern, sorted.
   SampleClasses make_classes(const ShutterSegment& part, const std::vector<std::uint32_t>& by_time) const;
