@@ -432,7 +432,8 @@ void WorkRecorder::share_history(Slot& slot) {
 bool WorkRecorder::share_line(Slot& slot, std::uint32_t line, timing::Phase phase, Purpose purpose) {
   if (purpose == Purpose::kTexture && line >= maps_.first && line < maps_.end) purpose = Purpose::kShadowMap;
   ++slot.work.events[Event::kL2Lines];
-  TextureUse* const texture = purpose == Purpose::kTexture ? &textures_[slot.work.tile] : nullptr;
+  const bool looked_up = purpose == Purpose::kTexture || purpose == Purpose::kShadowMap;
+  TextureUse* const texture = looked_up ? &textures_[slot.work.tile] : nullptr;
   if (texture != nullptr) ++texture->l2_lines;
   const Unit unit = purpose == Purpose::kHistory ? Unit::kResolve : Unit::kTilecore;
   if (l2_.read(line, purpose, unit)) return true;
