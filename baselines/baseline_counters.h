@@ -139,7 +139,8 @@ inline constexpr auto kCounterFields<baselines::BaselineCounters> = std::to_arra
     {"baseline.dram_bytes_uncached", &baselines::BaselineCounters::dram_bytes_uncached, Combine::kSum, "bytes",
      "The same without those caches.", "MaliExtBusRdBy + MaliExtBusWrBy"},
     {"baseline.texture_bytes", &baselines::BaselineCounters::texture_bytes, Combine::kSum, "bytes",
-     "Bytes of textures, heights and shadow maps looked up, which baseline.dram_bytes leaves out: the machine's own; with "
+     "Bytes of textures, heights and shadow maps looked up, which baseline.dram_bytes leaves out: the machine's own; "
+     "with "
      "immediate, per invocation.",
      "MaliExtBusRdBy"},
     {"baseline.cycles", &baselines::BaselineCounters::cycles, Combine::kSum, "cycles",

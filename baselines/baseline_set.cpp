@@ -116,8 +116,8 @@ void measure_triangle_machines(const tilecore::TileJob& job, const gpu::Observed
                                SchemeWorks* works) {
   const int samples = job.pattern->samples_per_pixel();
   const std::uint64_t sample_bytes = surfaces_of(job).sample_bytes(), loaded = loaded_bytes(replay.ledger);
-  const BinSize bin = bin_size(job.grid->region(), samples, static_cast<std::uint64_t>(gpu.baselines.gmem_bytes),
-                               sample_bytes);
+  const BinSize bin =
+      bin_size(job.grid->region(), samples, static_cast<std::uint64_t>(gpu.baselines.gmem_bytes), sample_bytes);
   const binner::TileGrid bins(job.frame->request.width, job.frame->request.height, bin.width, bin.height,
                               job.grid->region());
   const ImmediateFrame drawn = draw_immediately(job, record, gpu);
@@ -134,8 +134,7 @@ void measure_triangle_machines(const tilecore::TileJob& job, const gpu::Observed
   };
   const GeometryCounts geometry = run_geometry(job, pyramids, gpu, TriangleSetup(*job.grid, job.frame->projection),
                                                TriangleSetup(bins, job.frame->projection), draw);
-  const std::vector<std::uint64_t> tile_state =
-                                       tile_state_bytes(*job.grid, samples, sample_bytes, job.burst_bytes()),
+  const std::vector<std::uint64_t> tile_state = tile_state_bytes(*job.grid, samples, sample_bytes, job.burst_bytes()),
                                    bin_state = tile_state_bytes(bins, samples, sample_bytes, job.burst_bytes());
   std::optional<SchemeWork> work;
   if (machine != nullptr) work.emplace(gpu, job, *machine, geometry, drawn, loaded);

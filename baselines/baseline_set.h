@@ -54,8 +54,8 @@ struct PassSet {
 // Runs every scheme on the frames of the device that it observes, pass by pass.
 //
 // Invariants (cited by the tests):
-//   BF1  The counters of a frame are the sums over its passes, but for cycles and energies.
-//   BF2  Schemes with tiles load and store as many bytes of attachments and maps as the machine does.
+//   OBS1  The counters of a frame are the sums over its passes, but for cycles and energies.
+//   OBS2  Schemes with tiles load and store as many bytes of attachments and maps as the machine does.
 class BaselineObserver final : public gpu::ViewObserver {
  public:
   void map_rendered(const gpu::RenderedView& map) override;

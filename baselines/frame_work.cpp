@@ -35,8 +35,7 @@ void FrameWorkJoin::add_images(std::span<const timing::WorkRound> rounds, std::s
 timing::FrameWork FrameWorkJoin::finish() {
   if (!state_bytes_.empty()) frame_.tile_state_bytes = *std::min_element(state_bytes_.begin(), state_bytes_.end());
   for (std::size_t r = 0; r < state_bytes_.size(); ++r)
-    for (timing::TileWork& tile : frame_.rounds[r].tiles)
-      tile.extra_bytes += state_bytes_[r] - frame_.tile_state_bytes;
+    for (timing::TileWork& tile : frame_.rounds[r].tiles) tile.extra_bytes += state_bytes_[r] - frame_.tile_state_bytes;
   state_bytes_.clear();
   return std::exchange(frame_, {});
 }

@@ -49,10 +49,9 @@ std::vector<ImmediateTraffic> draw_all(const std::vector<TileDrawing>& tiles, co
 
 std::vector<ImmediateTraffic> draw_plain(const std::vector<TileDrawing>& tiles, const std::vector<DrawnInTile>& order,
                                          bool resolve, ImmediateMemory& memory) {
-  std::vector<ImmediateTraffic> moved =
-      draw_all(tiles, order, memory, [&](const TileDrawing&, const LineTouch& touch) {
-        memory.draw(touch.line, touch.passes, touch.blends);
-      });
+  std::vector<ImmediateTraffic> moved = draw_all(tiles, order, memory, [&](const TileDrawing&, const LineTouch& touch) {
+    memory.draw(touch.line, touch.passes, touch.blends);
+  });
   memory.finish(resolve);
   return moved;
 }
@@ -60,9 +59,8 @@ std::vector<ImmediateTraffic> draw_plain(const std::vector<TileDrawing>& tiles, 
 // Draws the depths of a shadow map.
 std::vector<ImmediateTraffic> draw_depths(const std::vector<TileDrawing>& tiles, const std::vector<DrawnInTile>& order,
                                           AttachmentCache& depths) {
-  std::vector<ImmediateTraffic> moved =
-      draw_all(tiles, order, depths,
-               [&](const TileDrawing&, const LineTouch& touch) { depths.load(touch.line, touch.passes); });
+  std::vector<ImmediateTraffic> moved = draw_all(
+      tiles, order, depths, [&](const TileDrawing&, const LineTouch& touch) { depths.load(touch.line, touch.passes); });
   depths.finish();
   return moved;
 }
@@ -98,10 +96,9 @@ void move_lines(const std::vector<TileDrawing>& tiles, const tilecore::TileJob& 
       [&] { draw_plain(tiles, out.order, resolve, uncached); },
       [&] {
         if (!compresses) return;
-        smaller.moved =
-            draw_all(tiles, out.order, compressed, [&](const TileDrawing& tile, const LineTouch& touch) {
-              compressed.draw(touch, std::span(tile.writes).subspan(touch.first_write, touch.write_count), tile.colors);
-            });
+        smaller.moved = draw_all(tiles, out.order, compressed, [&](const TileDrawing& tile, const LineTouch& touch) {
+          compressed.draw(touch, std::span(tile.writes).subspan(touch.first_write, touch.write_count), tile.colors);
+        });
         compressed.finish(resolve);
       }};
   parallel_for(machines.size(), [&](std::size_t machine) { machines[machine](); });

@@ -334,7 +334,8 @@ timing::FrameWork SchemeWork::tiled(const BaselineCounters& scheme, const FrontW
                                     std::span<const ListWork> lists, const binner::TileGrid& bins) const {
   timing::FrameWork work;
   work.tile_state_bytes = static_cast<std::uint64_t>(job_.grid->tile_width()) *
-                          static_cast<std::uint64_t>(job_.grid->tile_height()) * samples_ * surfaces_of(job_).sample_bytes();
+                          static_cast<std::uint64_t>(job_.grid->tile_height()) * samples_ *
+                          surfaces_of(job_).sample_bytes();
   timing::WorkRound& round = work.rounds.emplace_back();
   round.geometry = hull_stage(scheme);
   round.geometry.events[Event::kBinnedEntries] = scheme.entries;

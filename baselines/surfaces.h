@@ -10,10 +10,10 @@ namespace tessera::baselines {
 
 // The surfaces that a pass draws into, as conventional machines keep and store them.
 struct PassSurfaces {
-  std::uint64_t depth_bytes = 4;   // of a sample
-  std::uint64_t color_bytes = 4;   // of a sample; 0: the pass draws depths alone
-  bool resolves_color = false;     // it stores fewer colours of a pixel than it draws
-  bool loads_color = false;        // the colours are those that were stored before
+  std::uint64_t depth_bytes = 4;  // of a sample
+  std::uint64_t color_bytes = 4;  // of a sample; 0: the pass draws depths alone
+  bool resolves_color = false;    // it stores fewer colours of a pixel than it draws
+  bool loads_color = false;       // the colours are those that were stored before
   // Bytes of the surfaces that are stored with fewer samples than are drawn, beside the frame.
   std::uint64_t resolved_bytes = 0;
 

@@ -15,8 +15,7 @@ int rounded_up_quotient(int a, int b) { return (a + b - 1) / b; }
 
 }  // namespace
 
-SampleLayout::SampleLayout(IntRect region, int samples_per_pixel, std::uint64_t burst_bytes,
-                           std::uint64_t sample_bytes)
+SampleLayout::SampleLayout(IntRect region, int samples_per_pixel, std::uint64_t burst_bytes, std::uint64_t sample_bytes)
     : region_(region),
       samples_per_pixel_(samples_per_pixel),
       samples_per_line_(static_cast<int>(burst_bytes / sample_bytes)) {
@@ -217,7 +216,8 @@ class Drawing {
 
   void draw_triangle(std::uint32_t patch, std::span<Hit> all) {
     const scene::Material& material = *job_.frame->drawable_of(patch).material;
-    const bool depths_alone = job_.depths != nullptr, blends = material.alpha_mode == AlphaMode::kBlend && !depths_alone;
+    const bool depths_alone = job_.depths != nullptr,
+               blends = material.alpha_mode == AlphaMode::kBlend && !depths_alone;
     touched_.clear();
     std::uint32_t pixel_before = std::numeric_limits<std::uint32_t>::max();
     for (const Hit& hit : cull_blocks(all)) {

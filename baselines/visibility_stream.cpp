@@ -17,8 +17,7 @@ int stepped(int pixels) {
 
 }  // namespace
 
-BinSize bin_size(const IntRect& region, int samples_per_pixel, std::uint64_t gmem_bytes,
-                 std::uint64_t sample_bytes) {
+BinSize bin_size(const IntRect& region, int samples_per_pixel, std::uint64_t gmem_bytes, std::uint64_t sample_bytes) {
   const std::uint64_t step_bytes =
       std::uint64_t{kBinStep} * kBinStep * static_cast<std::uint64_t>(samples_per_pixel) * sample_bytes;
   const auto steps =

@@ -293,8 +293,7 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, ViewS
                                     static_cast<std::uint32_t>(texture_memory_.lines())};
   WorkRecorder recorder(
       gpu_, patch_table_, heights, request_.record_accesses,
-      request_.record_items || request_.attribute || gpu_.queues.model == hardware::TimingModel::kEvents,
-      map_lines);
+      request_.record_items || request_.attribute || gpu_.queues.model == hardware::TimingModel::kEvents, map_lines);
   std::optional<ShadowPasses::Shown> shown;
   if (observed) shown.emplace(ShadowPasses::Shown{*observer_, patch_table_, heights, map_lines});
   shadow_passes_.render(job, recorder, &progress_, frame, result, shown ? &*shown : nullptr);

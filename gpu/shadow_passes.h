@@ -66,8 +66,7 @@ class ShadowPasses {
     binner::TileIndex first_tile;
   };
   void render_map(const tilecore::TileJob& view, const scene::FrameGeometry& moment, const scene::LightView& light,
-                  const Target& target, WorkRecorder& recorder, WorkProgress* progress, int number,
-                  const Shown* shown);
+                  const Target& target, WorkRecorder& recorder, WorkProgress* progress, int number, const Shown* shown);
   const GpuConfiguration& gpu_;
   const frontend::PyramidLibrary& pyramids_;
   const RunSettings& settings_;

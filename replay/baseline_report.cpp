@@ -35,9 +35,9 @@ nlohmann::json baselines_json(const baselines::BaselineSet& set) {
 }
 
 nlohmann::json baseline_passes_json(std::span<const baselines::PassSet> passes) {
-  constexpr std::array kBytes = {&BaselineCounters::dram_bytes,          &BaselineCounters::texture_bytes,
-                                 &BaselineCounters::frame_bytes_read,    &BaselineCounters::frame_bytes_written,
-                                 &BaselineCounters::queue_bytes_read,    &BaselineCounters::queue_bytes_written};
+  constexpr std::array kBytes = {&BaselineCounters::dram_bytes,       &BaselineCounters::texture_bytes,
+                                 &BaselineCounters::frame_bytes_read, &BaselineCounters::frame_bytes_written,
+                                 &BaselineCounters::queue_bytes_read, &BaselineCounters::queue_bytes_written};
   nlohmann::json out = nlohmann::json::array();
   for (const baselines::PassSet& pass : passes) {
     nlohmann::json& schemes = out.emplace_back(nlohmann::json{{"name", pass.name}})["baselines"];

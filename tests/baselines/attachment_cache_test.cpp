@@ -52,7 +52,8 @@ TEST(AttachmentCache, ReadsAndWritesBackByTheDefinitionOfItsSets) {  // AC1, AC2
   test::Random random(7);
   std::uint32_t line = 0;
   for (int k = 0; k < 20000; ++k) {
-    line = random.uniform(0, 1) < 0.7f ? line + (line < 999 ? 1 : 0) : static_cast<std::uint32_t>(random.uniform(0, 999));
+    line =
+        random.uniform(0, 1) < 0.7f ? line + (line < 999 ? 1 : 0) : static_cast<std::uint32_t>(random.uniform(0, 999));
     const bool read = random.uniform(0, 1) < 0.5f, change = !read || random.uniform(0, 1) < 0.5f;
     if (read)
       cache.load(line, change);

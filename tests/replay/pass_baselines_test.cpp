@@ -122,8 +122,7 @@ TEST_P(PassBaselines, BW1EachPassMovesTheBytesThatWereCounted) {
   for (std::size_t s = 0; s < baselines::kSchemeCount; ++s)
     EXPECT_EQ(of.works[s].dram_bytes(), of.set.schemes[s].dram_bytes + of.set.schemes[s].texture_bytes) << s;
   // The failing twin: a burst lost in one pass of each scheme.
-  for (const SchemeId s : triangle_schemes())
-    of.works[index(s)].rounds.front().tiles.back().dram_bytes.back() += 64;
+  for (const SchemeId s : triangle_schemes()) of.works[index(s)].rounds.front().tiles.back().dram_bytes.back() += 64;
   EXPECT_EQ(passes_out_of_balance(of), static_cast<int>(triangle_schemes().size()));
 }
 
@@ -135,7 +134,7 @@ TEST_P(PassBaselines, BW2TiledSchemesShadeEachPassAsTheMachineDoes) {
   EXPECT_EQ(passes_shaded_otherwise(of), static_cast<int>(tiled(of, of.passes.size() - 1).size()));
 }
 
-TEST_P(PassBaselines, BF1PassesAddUpToTheFrame) {
+TEST_P(PassBaselines, OBS1PassesAddUpToTheFrame) {
   const Observed of = observe(capture, kSmall);
   for (std::size_t s = 0; s < baselines::kSchemeCount; ++s) {
     BaselineCounters sum;
@@ -183,7 +182,7 @@ int passes_stored_otherwise(const Observed& of, std::uint64_t lost = 0) {
   return wrong;
 }
 
-TEST_P(PassBaselines, BF2TilersLoadAndStoreAsMuchAsTheMachine) {
+TEST_P(PassBaselines, OBS2TilersLoadAndStoreAsMuchAsTheMachine) {
   const Observed of = observe(capture, kSmall);
   EXPECT_EQ(passes_stored_otherwise(of), 0);
   EXPECT_GT(passes_stored_otherwise(of, 1), 0);  // the twin
@@ -257,13 +256,13 @@ scene::Capture floor_scene(std::optional<PassGraph> graph, bool casts = false, b
   scene::Capture& capture = scene.capture;
   scene::Material material = test::matt_white();
   if (masked) material.alpha_mode = scene::AlphaMode::kMask;
-  scene::Primitive card = test::patches(test::flat_patch({-1, 0, -1}, {2, 0, 0}, {0, 0, 2}),
-                                        test::add_material(capture, material));
+  scene::Primitive card =
+      test::patches(test::flat_patch({-1, 0, -1}, {2, 0, 0}, {0, 0, 2}), test::add_material(capture, material));
   test::add_node(capture, std::move(card), DVec3(0, 2, 0));
   if (casts) {
     shaders::Light sun;
     sun.type = shaders::Light::Type::kDirectional;
-    sun.intensity = 3;
+    sun.color = Vec3(3.0f);
     scene::made::add_light(capture, sun, DVec3(0, 8, 0), DVec3(0, -1, 0), {.size = 128});
   }
   capture.settings.graph = std::move(graph);
@@ -313,10 +312,11 @@ TEST(PassBytes, LoadsAndStoredDepthsMoveOnAllTilers) {
   const std::uint64_t spp = 4;
   for (const auto& [store, depths] : {std::pair{StoreAction::kStore, spp}, {StoreAction::kResolve, std::uint64_t{1}}}) {
     Pass pass = pass_of("draw", DrawFilter::kAll, PassShader::kForward, {}, "frame");
-    const Observed plain = observe(floor_scene(PassGraph{{}, {pass}}), {"frame_buffer.compression=none"});
+    const Keys keys = {"frame_buffer.compression=none", "immediate.color_compression=false"};
+    const Observed plain = observe(floor_scene(PassGraph{{}, {pass}}), keys);
     pass.load = {{"frame", LoadAction::kLoad}};
     pass.store = {{"depth", store}};
-    const Observed found = observe(floor_scene(PassGraph{{}, {pass}}), {"frame_buffer.compression=none"});
+    const Observed found = observe(floor_scene(PassGraph{{}, {pass}}), keys);
     EXPECT_EQ(passes_stored_otherwise(found), 0);
     EXPECT_EQ(passes_out_of_balance(found), 0);
     for (const SchemeId s : tiled(found, 0)) {
@@ -378,9 +378,9 @@ TEST(MapBaselines, TexelsTakeTheBytesOfTheirFormat) {
   const std::uint64_t texels = wide.result.passes.front().counters.shadows.texels_stored;
   ASSERT_GT(texels, 0u);
   for (const auto& [of, bytes] : {std::pair{&wide, std::uint64_t{4}}, {&narrow, std::uint64_t{2}}}) {
-    const std::uint64_t flags = of->result.passes.front().counters.ledger.traffic(Unit::kResolve, Purpose::kShadowMap)
-                                    .written_bytes -
-                                texels * bytes;
+    const std::uint64_t flags =
+        of->result.passes.front().counters.ledger.traffic(Unit::kResolve, Purpose::kShadowMap).written_bytes -
+        texels * bytes;
     EXPECT_EQ(flags, 64u) << "a bit for each of 16 tiles";
     for (const SchemeId s : {SchemeId::kPostTessellation, SchemeId::kDeferredVertex, SchemeId::kControlList})
       EXPECT_EQ(of->passes.front().set[s].frame_bytes_written, texels * bytes + flags) << name_of(s);
