@@ -130,8 +130,7 @@ inline constexpr auto kCounterFields<baselines::BaselineCounters> = std::to_arra
      "baselines.cache_bytes and for the resolve; with mesh shaders the pyramid of depths.",
      "MaliSCBusTileWrBt"},
     {"baseline.frame_bytes_written", &baselines::BaselineCounters::frame_bytes_written, Combine::kSum, "bytes",
-     "Colour and depth written to memory: the finished frame, attachments and shadow maps included.",
-     "MaliSCBusTileWrBt"},
+     "Colour and depth written to memory, with frame, attachments and shadow maps.", "MaliSCBusTileWrBt"},
     {"baseline.dram_bytes", &baselines::BaselineCounters::dram_bytes, Combine::kSum, "bytes",
      "Bytes read and written over the external memory interface, in bursts, with the caches of all schemes and without "
      "textures.",
@@ -139,8 +138,7 @@ inline constexpr auto kCounterFields<baselines::BaselineCounters> = std::to_arra
     {"baseline.dram_bytes_uncached", &baselines::BaselineCounters::dram_bytes_uncached, Combine::kSum, "bytes",
      "The same without those caches.", "MaliExtBusRdBy + MaliExtBusWrBy"},
     {"baseline.texture_bytes", &baselines::BaselineCounters::texture_bytes, Combine::kSum, "bytes",
-     "Bytes of textures, heights and shadow maps looked up, which baseline.dram_bytes leaves out: the machine's own; "
-     "with "
+     "Bytes of textures, heights and shadow maps, which baseline.dram_bytes leaves out: the machine's own; with "
      "immediate, per invocation.",
      "MaliExtBusRdBy"},
     {"baseline.cycles", &baselines::BaselineCounters::cycles, Combine::kSum, "cycles",
