@@ -126,11 +126,11 @@ inline constexpr auto kCounterFields<baselines::BaselineCounters> = std::to_arra
     {"baseline.patch_bytes_cached", &baselines::BaselineCounters::patch_bytes_cached, Combine::kSum, "bytes",
      "The same with the cache of tessellator.cache_bytes: patches whose vertices are on chip are not fetched.", ""},
     {"baseline.frame_bytes_read", &baselines::BaselineCounters::frame_bytes_read, Combine::kSum, "bytes",
-     "Colour and depth read from memory: when tiles are reloaded, or through the cache of baselines.cache_bytes and "
-     "for the resolve; with mesh shaders the pyramid of depths.",
+     "Colour and depth read from memory: attachments that tiles load, tiles that are reloaded, or through the cache of "
+     "baselines.cache_bytes and for the resolve; with mesh shaders the pyramid of depths.",
      "MaliSCBusTileWrBt"},
     {"baseline.frame_bytes_written", &baselines::BaselineCounters::frame_bytes_written, Combine::kSum, "bytes",
-     "Colour and depth written to memory, the finished frame included.", "MaliSCBusTileWrBt"},
+     "Colour and depth written to memory, with frame, attachments and shadow maps.", "MaliSCBusTileWrBt"},
     {"baseline.dram_bytes", &baselines::BaselineCounters::dram_bytes, Combine::kSum, "bytes",
      "Bytes read and written over the external memory interface, in bursts, with the caches of all schemes and without "
      "textures.",
@@ -138,8 +138,8 @@ inline constexpr auto kCounterFields<baselines::BaselineCounters> = std::to_arra
     {"baseline.dram_bytes_uncached", &baselines::BaselineCounters::dram_bytes_uncached, Combine::kSum, "bytes",
      "The same without those caches.", "MaliExtBusRdBy + MaliExtBusWrBy"},
     {"baseline.texture_bytes", &baselines::BaselineCounters::texture_bytes, Combine::kSum, "bytes",
-     "Bytes of textures and heights, which baseline.dram_bytes leaves out: the machine's own; with immediate, per "
-     "invocation.",
+     "Bytes of textures, heights and shadow maps, which baseline.dram_bytes leaves out: the machine's own; with "
+     "immediate, per invocation.",
      "MaliExtBusRdBy"},
     {"baseline.cycles", &baselines::BaselineCounters::cycles, Combine::kSum, "cycles",
      "Cycles of the frame, of one eye, from empty caches, by the model of machine.timing (docs/timing_model.md).",

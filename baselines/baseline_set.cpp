@@ -2,9 +2,12 @@
 
 #include <memory>
 #include <optional>
+#include <span>
+#include <string>
 #include <utility>
 
 #include "base/parallel.h"
+#include "baselines/surfaces.h"
 #include "baselines/visibility_stream.h"
 #include "gpu/pipeline.h"
 #include "tilecore/procedural/sampling_controller.h"
@@ -14,6 +17,39 @@ namespace {
 
 using memory::Purpose;
 using memory::Unit;
+
+// Bytes of the frame, of attachments and of shadow maps that tiles write when they are finished.
+std::uint64_t stored_bytes(const memory::Ledger& ledger) {
+  std::uint64_t bytes = 0;
+  for (const Purpose purpose : {Purpose::kFrameBuffer, Purpose::kAttachment, Purpose::kShadowMap})
+    bytes += ledger.traffic(Unit::kResolve, purpose).written_bytes;
+  return bytes;
+}
+
+// Bytes of the frame and of attachments that tiles read before they draw.
+std::uint64_t loaded_bytes(const memory::Ledger& ledger) {
+  return ledger.traffic(Unit::kTilecore, Purpose::kFrameBuffer).read_bytes +
+         ledger.traffic(Unit::kTilecore, Purpose::kAttachment).read_bytes;
+}
+
+// Bytes that a pass stores with fewer samples than it draws: the frame, if it draws into the frame, and attachments.
+std::uint64_t resolved_bytes(const tilecore::TileJob& job, const memory::Ledger& ledger) {
+  const PassSurfaces surfaces = surfaces_of(job);
+  const bool into_frame = job.depths == nullptr && !job.actions.color;
+  return surfaces.resolved_bytes + (into_frame && surfaces.resolves_color
+                                        ? ledger.traffic(Unit::kResolve, Purpose::kFrameBuffer).written_bytes
+                                        : 0);
+}
+
+// Counters of the passes of a view that draw.
+gpu::FrameCounters drawn_counters(const gpu::RenderedView& view) {
+  const std::vector<gpu::PassResult>& passes = view.result.passes;
+  if (view.maps_before + view.result.image_passes == 0) return view.result.counters;
+  gpu::FrameCounters counters;
+  for (std::size_t k = view.maps_before; k + view.result.image_passes < passes.size(); ++k)
+    counters.accumulate(passes[k].counters);
+  return counters;
+}
 
 }  // namespace
 
@@ -25,11 +61,9 @@ BaselineCounters measure_patch_machine(const tilecore::TileJob& job, const gpu::
                                        const gpu::PatchTable& records, const gpu::FrameCounters& counters,
                                        const gpu::ObservedWork& record) {
   const memory::Ledger& ledger = counters.ledger;
-  const memory::Traffic state = ledger.traffic(Unit::kTilecore, Purpose::kTileState),
-                        frame = ledger.traffic(Unit::kResolve, Purpose::kFrameBuffer),
-                        textures = ledger.traffic(Unit::kTilecore, Purpose::kTexture);
+  const memory::Traffic state = ledger.traffic(Unit::kTilecore, Purpose::kTileState);
   memory::Traffic all = ledger.total();
-  all.read_bytes -= textures.read_bytes;  // the same for every scheme that shades only visible surfaces
+  all.read_bytes -= looked_up_bytes(ledger);  // the same for every scheme that shades only visible surfaces
   const std::uint64_t bound_records = ledger.traffic(Unit::kFrontend, Purpose::kPatchData).read_bytes,
                       tables = ledger.traffic(Unit::kFrontend, Purpose::kTexture).read_bytes,
                       tables_uncached = counters.frontend.table_lines * job.burst_bytes(),
@@ -64,8 +98,8 @@ BaselineCounters measure_patch_machine(const tilecore::TileJob& job, const gpu::
   out.domain_evaluations_cached = counters.tessellation.domain_evaluations;
   out.patch_bytes = bound_records + records_kept + tables_uncached + uncached;
   out.patch_bytes_cached = bound_records + tables + tiles + shading;
-  out.frame_bytes_read = state.read_bytes;
-  out.frame_bytes_written = state.written_bytes + frame.written_bytes;
+  out.frame_bytes_read = state.read_bytes + loaded_bytes(ledger);
+  out.frame_bytes_written = state.written_bytes + stored_bytes(ledger);
   out.dram_bytes = all.read_bytes + all.written_bytes;
   out.dram_bytes_uncached = out.dram_bytes - tables - tiles - shading + records_kept + tables_uncached + uncached;
   out.pixel_shader_invocations = counters.shading.pixel_shader_invocations;
@@ -81,7 +115,9 @@ void measure_triangle_machines(const tilecore::TileJob& job, const gpu::Observed
                                const gpu::GpuConfiguration& gpu, BaselineSet& out, const MachineWork* machine,
                                SchemeWorks* works) {
   const int samples = job.pattern->samples_per_pixel();
-  const BinSize bin = bin_size(job.grid->region(), samples, static_cast<std::uint64_t>(gpu.baselines.gmem_bytes));
+  const std::uint64_t sample_bytes = surfaces_of(job).sample_bytes(), loaded = loaded_bytes(replay.ledger);
+  const BinSize bin =
+      bin_size(job.grid->region(), samples, static_cast<std::uint64_t>(gpu.baselines.gmem_bytes), sample_bytes);
   const binner::TileGrid bins(job.frame->request.width, job.frame->request.height, bin.width, bin.height,
                               job.grid->region());
   const ImmediateFrame drawn = draw_immediately(job, record, gpu);
@@ -98,14 +134,15 @@ void measure_triangle_machines(const tilecore::TileJob& job, const gpu::Observed
   };
   const GeometryCounts geometry = run_geometry(job, pyramids, gpu, TriangleSetup(*job.grid, job.frame->projection),
                                                TriangleSetup(bins, job.frame->projection), draw);
-  const std::vector<std::uint64_t> tile_state =
-                                       tile_state_bytes(*job.grid, samples, kColorAndDepthBytes, job.burst_bytes()),
-                                   bin_state = tile_state_bytes(bins, samples, kColorAndDepthBytes, job.burst_bytes());
+  const std::vector<std::uint64_t> tile_state = tile_state_bytes(*job.grid, samples, sample_bytes, job.burst_bytes()),
+                                   bin_state = tile_state_bytes(bins, samples, sample_bytes, job.burst_bytes());
   std::optional<SchemeWork> work;
-  if (machine != nullptr) work.emplace(gpu, job, *machine, geometry, drawn);
+  if (machine != nullptr) work.emplace(gpu, job, *machine, geometry, drawn, loaded);
   const DrawnPass whole{geometry,
                         drawn,
-                        replay.ledger.traffic(Unit::kResolve, Purpose::kFrameBuffer).written_bytes,
+                        stored_bytes(replay.ledger),
+                        loaded,
+                        resolved_bytes(job, replay.ledger),
                         replay.shading.pixel_shader_invocations,
                         tile_state,
                         bin_state,
@@ -113,44 +150,105 @@ void measure_triangle_machines(const tilecore::TileJob& job, const gpu::Observed
   parallel_for(others.size(), [&](std::size_t r) {
     auto& [s, other] = others[r];
     SchemeResult result = other->finish(whole);
-    if (work) set_cost(gpu, result.work, result.counters);
     out.schemes[s] = result.counters;
     if (work) (*works)[s] = std::move(result.work);
   });
 }
 
-void BaselineObserver::view_rendered(const gpu::RenderedView& view) {
+BaselineObserver::WholeRun::WholeRun(const gpu::RenderedView& view, bool items)
+    : gpu(patch_whole_machine(view.gpu)), recorder(gpu, view.records, view.heights, false, items, view.map_lines) {}
+
+gpu::ObservedWork BaselineObserver::measure_whole(const gpu::RenderedView& view, tilecore::TileJob job,
+                                                  BaselineCounters& out) {
+  std::optional<tilecore::DepthMaps> maps;  // the machine's own stay as they are
+  if (job.depths != nullptr) job.depths = &maps.emplace(*job.depths);
+  gpu::FrameResult whole(view.result.frame, tilecore::FrameTargets(view.result.targets.region, false));
+  gpu::ObservedWork record;
+  gpu::ViewRun run{whole_->gpu, job, whole_->recorder, whole, &record};
+  run.pass = view.pass;
+  run.first_tile = view.first_tile;
+  run.waits = job.depths == nullptr && view.maps_before == 0;
+  run.attachment_bytes = view.attachment_bytes;
+  gpu::Pipeline(whole_->gpu, view.pyramids).render(run, {});
+  // The maps of procedures are made before the pipeline.
+  if (job.procedures != nullptr) whole.counters.ledger += job.procedures->ledger();
+  whole_->ledger += whole.counters.ledger;
+  out = measure_patch_machine(job, whole_->gpu, view.records, whole.counters, record);
+  if (view.heights != nullptr) out.texture_bytes = looked_up_bytes(whole.counters.ledger);
+  return record;
+}
+
+void BaselineObserver::measure(const gpu::RenderedView& view, const gpu::FrameCounters& counters) {
+  const bool modelled = view.heights != nullptr;
+  if (view.maps_before == 0) {
+    passes_.clear();
+    works_ = {};
+    joined_ = {};
+    whole_ = std::make_unique<WholeRun>(view, view.gpu.queues.model == hardware::TimingModel::kEvents);
+  }
   tilecore::TileJob job = view.job;
   job.resolve = nullptr;  // every scheme shades all pixels
   job.pixel_ids = false;
-  last_ = {};
-  works_ = {};
-  last_[SchemeId::kTessera] = measure_patch_machine(job, view.gpu, view.records, view.result.counters, view.record);
-  const gpu::GpuConfiguration whole_gpu = patch_whole_machine(view.gpu);
-  gpu::FrameResult whole(view.result.frame, tilecore::FrameTargets(view.result.targets.region, false));
-  const bool items = view.gpu.queues.model == hardware::TimingModel::kEvents;
-  gpu::WorkRecorder whole_work(whole_gpu, view.records, view.heights, false, items);
-  gpu::ObservedWork whole_record;
-  gpu::Pipeline(whole_gpu, view.pyramids).render({whole_gpu, job, whole_work, whole, &whole_record}, {});
-  // The maps of procedures are made before the pipeline.
-  if (job.procedures != nullptr) whole.counters.ledger += job.procedures->ledger();
-  last_[SchemeId::kPatchWhole] = measure_patch_machine(job, whole_gpu, view.records, whole.counters, whole_record);
+  PassSet& pass = passes_.emplace_back(PassSet{std::string(view.pass), {}});
+  BaselineSet& set = pass.set;
+  set[SchemeId::kTessera] = measure_patch_machine(job, view.gpu, view.records, counters, view.record);
+  if (modelled) set[SchemeId::kTessera].texture_bytes = looked_up_bytes(counters.ledger);
+  const gpu::ObservedWork whole_record = measure_whole(view, job, set[SchemeId::kPatchWhole]);
+  const std::span<const timing::WorkRound> drawn =
+      modelled ? view.rounds.first(view.rounds.size() - view.result.image_passes) : view.rounds;
   std::optional<MachineWork> machine;
-  if (view.result.model) {
-    machine.emplace(MachineWork{view.result.model->record.work, view.record.textures, view.heights});
-    add_patch_machine(view.gpu, machine->work, view.result.counters, SchemeId::kTessera);
-    add_patch_machine(whole_gpu, whole_work.finish(whole.counters.ledger).work, whole.counters, SchemeId::kPatchWhole);
-  }
+  if (modelled) machine.emplace(MachineWork{drawn, view.record.textures, view.heights, view.first_tile});
+  SchemeWorks works;
   // Patches that the previous frame's depth hid are in no list of this frame, but an immediate machine draws them.
-  measure_triangle_machines(job, view.gpu.frontend.previous_depth_culling ? whole_record : view.record, view.pyramids,
-                            view.result.counters, view.gpu, last_, machine ? &*machine : nullptr, &works_);
+  const bool hides = view.gpu.frontend.previous_depth_culling && view.job.depths == nullptr;
+  measure_triangle_machines(job, hides ? whole_record : view.record, view.pyramids, counters, view.gpu, set,
+                            machine ? &*machine : nullptr, &works);
+  if (!modelled) return;
+  const bool waits = view.job.depths == nullptr && view.maps_before == 0;
+  for (std::size_t s = 0; s < kSchemeCount; ++s)
+    if (kSchemes[s].make != nullptr) joined_[s].add(std::move(works[s]), view.pass, waits);
 }
 
-void BaselineObserver::add_patch_machine(const gpu::GpuConfiguration& gpu, const timing::FrameWork& work,
-                                         const gpu::FrameCounters& counters, SchemeId scheme) {
-  last_[scheme].texture_bytes = counters.ledger.traffic(Unit::kTilecore, Purpose::kTexture).read_bytes;
-  works_[static_cast<std::size_t>(scheme)] = work;
-  set_cost(gpu, work, last_[scheme]);
+void BaselineObserver::add_images(const gpu::RenderedView& view) {
+  const std::size_t images = view.result.image_passes;
+  const std::span<const gpu::PassResult> results = std::span(view.result.passes).last(images);
+  for (const gpu::PassResult& image : results) {
+    PassSet& pass = passes_.emplace_back(PassSet{image.name, {}});
+    pass.set.schemes.fill(image_pass_counters(image.counters));
+  }
+  if (images == 0 || view.heights == nullptr) return;
+  for (std::size_t s = 0; s < kSchemeCount; ++s)
+    if (kSchemes[s].make != nullptr) joined_[s].add_images(view.rounds.last(images), results);
+}
+
+void BaselineObserver::set_costs(const gpu::RenderedView& view) {
+  for (std::size_t s = 0; s < kSchemeCount; ++s)
+    if (kSchemes[s].make != nullptr) works_[s] = joined_[s].finish();
+  works_[static_cast<std::size_t>(SchemeId::kTessera)] = view.result.model->record.work;
+  timing::FrameWork& whole = works_[static_cast<std::size_t>(SchemeId::kPatchWhole)];
+  whole = whole_->recorder.finish(whole_->ledger).work;
+  const std::size_t images = view.result.image_passes;
+  for (std::size_t k = 0; k < images; ++k) {
+    whole.passes.push_back(view.result.passes[view.result.passes.size() - images + k].name);
+    whole.rounds.push_back(view.rounds[view.rounds.size() - images + k]);
+    whole.rounds.back().pass = static_cast<std::uint32_t>(whole.passes.size() - 1);
+  }
+  parallel_for(kSchemeCount, [&](std::size_t s) {
+    const bool unsplit = s == static_cast<std::size_t>(SchemeId::kPatchWhole);
+    set_cost(unsplit ? whole_->gpu : view.gpu, works_[s], last_.schemes[s]);
+  });
+}
+
+void BaselineObserver::map_rendered(const gpu::RenderedView& map) { measure(map, map.result.counters); }
+
+void BaselineObserver::view_rendered(const gpu::RenderedView& view) {
+  measure(view, drawn_counters(view));
+  add_images(view);
+  last_ = {};
+  for (const PassSet& pass : passes_)
+    for (std::size_t s = 0; s < kSchemeCount; ++s) merge(last_.schemes[s], pass.set.schemes[s]);
+  if (view.result.model) set_costs(view);
+  whole_.reset();
 }
 
 }  // namespace tessera::baselines

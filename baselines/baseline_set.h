@@ -1,12 +1,17 @@
 #pragma once
 
 #include <array>
+#include <memory>
+#include <string>
+#include <vector>
 
+#include "baselines/frame_work.h"
 #include "baselines/scheme.h"
 #include "baselines/scheme_work.h"
 #include "binner/tile_grid.h"
 #include "gpu/configuration.h"
 #include "gpu/view_observer.h"
+#include "gpu/work_recorder.h"
 #include "memory/ledger.h"
 #include "scene/frame_geometry.h"
 #include "tilecore/tile_core.h"
@@ -29,31 +34,59 @@ BaselineCounters measure_patch_machine(const tilecore::TileJob& job, const gpu::
                                        const gpu::PatchTable& records, const gpu::FrameCounters& counters,
                                        const gpu::ObservedWork& record);
 
-// Fills in the machines that tessellate first. `machine` is the machine's run, from which their work, cycles and
-// energies follow; with nullptr none of these are computed. `replay`: counters of the run of `job`, which give the
-// traffic of the finished frame and its shading. `record`: its entries, which lead to the samples that triangles
-// touch. Counters do not depend on the number of threads.
+// Fills in the machines that tessellate first, for a pass that draws. `machine` is the machine's run, from which their
+// work follows; with nullptr none is computed. `replay`: counters of the run of `job`, which give the traffic of the
+// finished frame, its attachments or the shadow map, and its shading. `record`: its entries, which lead to the samples
+// that triangles touch. Counters do not depend on the number of threads; cycles and energies are set for whole frames
+// (set_cost()).
 void measure_triangle_machines(const tilecore::TileJob& job, const gpu::ObservedWork& record,
                                const frontend::PyramidLibrary& pyramids, const gpu::FrameCounters& replay,
                                const gpu::GpuConfiguration& gpu, BaselineSet& out, const MachineWork* machine = nullptr,
                                SchemeWorks* works = nullptr);
 
-// Runs every scheme on the frames of the device that it observes.
+// The schemes in a pass of a frame: a shadow map, the drawing of the camera's view, or a pass over images. Cycles and
+// energies are zero: passes share the frame's units.
+struct PassSet {
+  std::string name;
+  BaselineSet set;
+};
+
+// Runs every scheme on the frames of the device that it observes, pass by pass.
+//
+// Invariants (cited by the tests):
+//   OBS1  The counters of a frame are the sums over its passes, but for cycles and energies.
+//   OBS2  Schemes with tiles load and store as many bytes of attachments and maps as the machine does.
 class BaselineObserver final : public gpu::ViewObserver {
  public:
+  void map_rendered(const gpu::RenderedView& map) override;
   void view_rendered(const gpu::RenderedView& view) override;
 
   // Counters of the last rendered frame.
   const BaselineSet& last() const { return last_; }
+  // The passes of that frame, in their order.
+  const std::vector<PassSet>& passes() const { return passes_; }
   // Work of that frame, from which its cycles and energies follow; empty without output.machine_model.
   const SchemeWorks& works() const { return works_; }
 
  private:
-  void add_patch_machine(const gpu::GpuConfiguration& gpu, const timing::FrameWork& work,
-                         const gpu::FrameCounters& counters, SchemeId scheme);
+  // The machine without splits of patches, whose run goes on from pass to pass.
+  struct WholeRun {
+    gpu::GpuConfiguration gpu;
+    gpu::WorkRecorder recorder;
+    memory::Ledger ledger;
+    WholeRun(const gpu::RenderedView& view, bool items);
+  };
+  // Measures a pass that draws; `counters`: of its run.
+  void measure(const gpu::RenderedView& view, const gpu::FrameCounters& counters);
+  gpu::ObservedWork measure_whole(const gpu::RenderedView& view, tilecore::TileJob job, BaselineCounters& out);
+  void add_images(const gpu::RenderedView& view);
+  void set_costs(const gpu::RenderedView& view);
 
   BaselineSet last_;
+  std::vector<PassSet> passes_;
   SchemeWorks works_;
+  std::array<FrameWorkJoin, kSchemeCount> joined_;
+  std::unique_ptr<WholeRun> whole_;
 };
 
 }  // namespace tessera::baselines

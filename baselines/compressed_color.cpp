@@ -27,8 +27,9 @@ std::uint32_t mixed(std::uint32_t below, std::uint32_t above) {
 }  // namespace
 
 CompressedColorMemory::CompressedColorMemory(std::uint64_t cache_bytes, std::uint64_t burst_bytes,
-                                             const SampleLayout& layout)
+                                             const SampleLayout& layout, std::uint64_t color_bursts, bool loads)
     : burst_bytes_(burst_bytes),
+      color_bursts_(color_bursts),
       lines_(static_cast<std::uint32_t>(round_up(layout.line_count(), kBlockLines))),
       line_samples_(layout.samples_per_line()),
       cache_(cache_bytes - cache_bytes / kMetadataShare),
@@ -37,7 +38,12 @@ CompressedColorMemory::CompressedColorMemory(std::uint64_t cache_bytes, std::uin
       drawn_(lines_ / kBlockLines, false),
       metadata_in_memory_(lines_ / kBlockLines / burst_bytes + 1, false),
       bursts_(lines_ / kBlockLines, 0),
-      colors_(std::size_t{lines_} * line_samples_, 0) {}
+      colors_(std::size_t{lines_} * line_samples_, 0) {
+  if (!loads) return;
+  std::fill(bursts_.begin(), bursts_.end(),
+            static_cast<std::uint8_t>((whole_block_bytes() + burst_bytes_ - 1) / burst_bytes_));
+  metadata_in_memory_.assign(metadata_in_memory_.size(), true);
+}
 
 std::span<const std::uint32_t> CompressedColorMemory::block_colors(std::uint32_t block) const {
   const std::size_t samples = std::size_t{kBlockLines} * line_samples_;
@@ -61,8 +67,8 @@ void CompressedColorMemory::write_back(std::uint32_t key) {
     return;
   }
   const std::uint32_t block = key - lines_;
-  const std::uint64_t whole = kBlockLines * std::uint64_t{line_samples_} * 4,
-                      bytes = std::min<std::uint64_t>(color_code_bytes(block_colors(block)), whole);
+  const std::uint64_t bytes =
+      std::min<std::uint64_t>(color_code_bytes(block_colors(block)) * color_bursts_, whole_block_bytes());
   bursts_[block] = static_cast<std::uint8_t>((bytes + burst_bytes_ - 1) / burst_bytes_);
   bytes_written_ += bursts_[block] * burst_bytes_;
   use_metadata(block, true);
@@ -71,7 +77,7 @@ void CompressedColorMemory::write_back(std::uint32_t key) {
 void CompressedColorMemory::use(std::uint32_t key, bool change) {
   const bool color = key >= lines_;
   const std::uint64_t in_memory = color ? bursts_[key - lines_] : (depth_in_memory_[key] ? 1u : 0u);
-  const std::uint64_t bytes = color ? kBlockLines * std::uint64_t{line_samples_} * 4 : burst_bytes_;
+  const std::uint64_t bytes = color ? whole_block_bytes() : burst_bytes_;
   const bool hit = cache_.use(key, bytes, change, [this](std::uint32_t k) { write_back(k); });
   if (hit) return;
   if (color) use_metadata(key - lines_, false);

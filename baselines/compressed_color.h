@@ -22,7 +22,10 @@ namespace tessera::baselines {
 //   CC2  Depth moves as in ImmediateMemory with the same cache.
 class CompressedColorMemory {
  public:
-  CompressedColorMemory(std::uint64_t cache_bytes, std::uint64_t burst_bytes, const SampleLayout& layout);
+  // `color_bursts`, `loads`: as of ImmediateMemory. Colours of more than 4 bytes compress as well as they do in 4
+  // [assumed, in its favour].
+  CompressedColorMemory(std::uint64_t cache_bytes, std::uint64_t burst_bytes, const SampleLayout& layout,
+                        std::uint64_t color_bursts = 1, bool loads = false);
 
   void draw(const LineTouch& touch, std::span<const ColorWrite> writes, std::span<const std::uint32_t> colors);
   // Writes back the cache; `resolve` reads the colour first.
@@ -41,7 +44,9 @@ class CompressedColorMemory {
   void use_metadata(std::uint32_t block, bool change);
   std::span<const std::uint32_t> block_colors(std::uint32_t block) const;
 
-  std::uint64_t burst_bytes_;
+  std::uint64_t whole_block_bytes() const { return kBlockLines * std::uint64_t{line_samples_} * 4 * color_bursts_; }
+
+  std::uint64_t burst_bytes_, color_bursts_;
   std::uint32_t lines_, line_samples_;
   memory::LruCache cache_, metadata_;
   std::vector<bool> depth_in_memory_, drawn_, metadata_in_memory_;

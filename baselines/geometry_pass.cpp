@@ -54,6 +54,21 @@ void add_cluster_triangles(const scene::MeshClusters& clusters, const scene::Clu
   patch.group_columns.push_back(0);
 }
 
+// Attributes of a vertex that a pass of depths alone needs: a coordinate of the texture that masks, and the alpha of the
+// vertex's colour.
+std::uint64_t mask_components(const scene::PosedDrawable& drawable) {
+  if (drawable.material->alpha_mode != scene::AlphaMode::kMask || drawable.primitive == nullptr) return 0;
+  return 2 + (drawable.primitive->vertices.colors.empty() ? 0u : 1u);
+}
+
+// Vertices of a base patch's record: the vertices of a cluster, or the corners of a patch.
+std::uint64_t stored_vertices(const scene::FrameGeometry& frame, std::uint32_t number) {
+  constexpr std::uint64_t kCorners = 4;
+  const scene::Drawable& drawable = frame.assembly->drawable_of(number);
+  if (drawable.kind != scene::Primitive::Kind::kTriangles) return kCorners;
+  return frame.assembly->clusters[drawable.geometry].clusters[number - drawable.first_patch].vertex_count;
+}
+
 // Tessellates a whole base patch as the tile core would, for a machine that does so first.
 TessellatedPatch tessellate_first(const tilecore::TileJob& job, std::uint32_t number, Scratch& scratch) {
   const scene::FrameGeometry& frame = *job.frame;
@@ -72,10 +87,17 @@ TessellatedPatch tessellate_first(const tilecore::TileJob& job, std::uint32_t nu
                                  .tessellate(frame, number, scene::patch_cells(frame, number),
                                              {patch.moving, frame.projection.lens_scale != 0}, mesh)
                                  .domain_evaluations;
-  patch.attribute_bytes = frontend::vertex_components(*drawable.primitive, *drawable.material) *
-                          (frame.request.half_attributes ? 2 : sizeof(float));
-  patch.stored_attribute_bytes = memory::burst_bytes(
-      0, frontend::patch_attribute_bytes(*frame.assembly, number, drawable.deforming), job.burst_bytes());
+  const std::uint64_t component_bytes = frame.request.half_attributes ? 2 : sizeof(float);
+  if (job.depths != nullptr) {
+    const std::uint64_t components = mask_components(drawable);
+    patch.attribute_bytes = components * component_bytes;
+    patch.stored_attribute_bytes =
+        memory::burst_bytes(0, components * sizeof(float) * stored_vertices(frame, number), job.burst_bytes());
+  } else {
+    patch.attribute_bytes = frontend::vertex_components(*drawable.primitive, *drawable.material) * component_bytes;
+    patch.stored_attribute_bytes = memory::burst_bytes(
+        0, frontend::patch_attribute_bytes(*frame.assembly, number, drawable.deforming), job.burst_bytes());
+  }
   patch.patch_bytes = memory::burst_bytes(
       0, frontend::patch_record_bytes(frame, number) + frontend::instance_record_bytes(drawable), job.burst_bytes());
   patch.decoded_elements = frontend::decoded_elements(*frame.assembly, number);

@@ -9,8 +9,10 @@
 #include <utility>
 
 #include "base/parallel.h"
+#include "baselines/attachment_cache.h"
 #include "baselines/compressed_color.h"
 #include "baselines/scheme_work.h"
+#include "baselines/surfaces.h"
 #include "baselines/tile_drawing.h"
 
 namespace tessera::baselines {
@@ -34,7 +36,7 @@ std::vector<DrawnInTile> submission_order(const std::vector<TileDrawing>& tiles)
 // Draws all triangles into a memory and records its traffic up to the end of each patch in each tile.
 template <class Memory, class Draw>
 std::vector<ImmediateTraffic> draw_all(const std::vector<TileDrawing>& tiles, const std::vector<DrawnInTile>& order,
-                                       bool resolve, Memory& memory, const Draw& draw) {
+                                       Memory& memory, const Draw& draw) {
   std::vector<ImmediateTraffic> moved;
   moved.reserve(order.size());
   for (const DrawnInTile& drawn : order) {
@@ -42,28 +44,51 @@ std::vector<ImmediateTraffic> draw_all(const std::vector<TileDrawing>& tiles, co
     for (std::size_t k = drawn.begin; k < drawn.end; ++k) draw(tile, tile.touches[k]);
     moved.push_back({memory.bytes_read(), memory.bytes_written(), 0});
   }
-  memory.finish(resolve);
   return moved;
 }
 
 std::vector<ImmediateTraffic> draw_plain(const std::vector<TileDrawing>& tiles, const std::vector<DrawnInTile>& order,
                                          bool resolve, ImmediateMemory& memory) {
-  return draw_all(tiles, order, resolve, memory, [&](const TileDrawing&, const LineTouch& touch) {
+  std::vector<ImmediateTraffic> moved = draw_all(tiles, order, memory, [&](const TileDrawing&, const LineTouch& touch) {
     memory.draw(touch.line, touch.passes, touch.blends);
   });
+  memory.finish(resolve);
+  return moved;
+}
+
+// Draws the depths of a shadow map.
+std::vector<ImmediateTraffic> draw_depths(const std::vector<TileDrawing>& tiles, const std::vector<DrawnInTile>& order,
+                                          AttachmentCache& depths) {
+  std::vector<ImmediateTraffic> moved = draw_all(
+      tiles, order, depths, [&](const TileDrawing&, const LineTouch& touch) { depths.load(touch.line, touch.passes); });
+  depths.finish();
+  return moved;
+}
+
+void move_depths(const std::vector<TileDrawing>& tiles, const tilecore::TileJob& job, const gpu::GpuConfiguration& gpu,
+                 const SampleLayout& layout, ImmediateFrame& out) {
+  AttachmentCache cached(static_cast<std::uint64_t>(gpu.baselines.cache_bytes), job.burst_bytes(), layout.line_count());
+  AttachmentCache uncached(0, job.burst_bytes(), layout.line_count());
+  out.immediate.moved = draw_depths(tiles, out.order, cached);
+  draw_depths(tiles, out.order, uncached);
+  out.immediate.traffic = {cached.bytes_read(), cached.bytes_written(),
+                           uncached.bytes_read() + uncached.bytes_written()};
+  if (has_patches(*job.frame)) out.untiled = out.immediate;
 }
 
 bool compresses_color(const tilecore::TileJob& job, const gpu::GpuConfiguration& gpu) {
-  return gpu.baselines.immediate_color_compression || has_patches(*job.frame);
+  return job.depths == nullptr && (gpu.baselines.immediate_color_compression || has_patches(*job.frame));
 }
 
 void move_lines(const std::vector<TileDrawing>& tiles, const tilecore::TileJob& job, const gpu::GpuConfiguration& gpu,
                 const SampleLayout& layout, ImmediateFrame& out) {
   const auto cache_bytes = static_cast<std::uint64_t>(gpu.baselines.cache_bytes);
-  const bool resolve = job.pattern->samples_per_pixel() > 1;
-  ImmediateMemory cached(cache_bytes, job.burst_bytes(), layout.line_count());
-  ImmediateMemory uncached(0, job.burst_bytes(), layout.line_count());
-  CompressedColorMemory compressed(cache_bytes, job.burst_bytes(), layout);
+  const PassSurfaces surfaces = surfaces_of(job);
+  const bool resolve = surfaces.resolves_color, loads = surfaces.loads_color;
+  const std::uint64_t color_bursts = surfaces.color_bytes / surfaces.depth_bytes;
+  ImmediateMemory cached(cache_bytes, job.burst_bytes(), layout.line_count(), color_bursts, loads);
+  ImmediateMemory uncached(0, job.burst_bytes(), layout.line_count(), color_bursts, loads);
+  CompressedColorMemory compressed(cache_bytes, job.burst_bytes(), layout, color_bursts, loads);
   const bool untiled = has_patches(*job.frame), compresses = compresses_color(job, gpu);
   ImmediateRun plain, smaller;
   const std::array<std::function<void()>, 3> machines = {
@@ -71,10 +96,10 @@ void move_lines(const std::vector<TileDrawing>& tiles, const tilecore::TileJob& 
       [&] { draw_plain(tiles, out.order, resolve, uncached); },
       [&] {
         if (!compresses) return;
-        smaller.moved =
-            draw_all(tiles, out.order, resolve, compressed, [&](const TileDrawing& tile, const LineTouch& touch) {
-              compressed.draw(touch, std::span(tile.writes).subspan(touch.first_write, touch.write_count), tile.colors);
-            });
+        smaller.moved = draw_all(tiles, out.order, compressed, [&](const TileDrawing& tile, const LineTouch& touch) {
+          compressed.draw(touch, std::span(tile.writes).subspan(touch.first_write, touch.write_count), tile.colors);
+        });
+        compressed.finish(resolve);
       }};
   parallel_for(machines.size(), [&](std::size_t machine) { machines[machine](); });
   const std::uint64_t bytes_uncached = uncached.bytes_read() + uncached.bytes_written();
@@ -91,7 +116,8 @@ void move_lines(const std::vector<TileDrawing>& tiles, const tilecore::TileJob& 
 
 ImmediateFrame draw_immediately(const tilecore::TileJob& job, const gpu::ObservedWork& record,
                                 const gpu::GpuConfiguration& gpu) {
-  const SampleLayout layout(job.grid->region(), job.pattern->samples_per_pixel(), job.burst_bytes());
+  const SampleLayout layout(job.grid->region(), job.pattern->samples_per_pixel(), job.burst_bytes(),
+                            surfaces_of(job).depth_bytes);
   std::vector<TileDrawing> tiles(record.entries.size());
   PerThread<Worker> workers;
   parallel_for(tiles.size(), [&](std::size_t t) {
@@ -109,7 +135,10 @@ ImmediateFrame draw_immediately(const tilecore::TileJob& job, const gpu::Observe
   }
   out.depths.finish();
   out.order = submission_order(tiles);
-  move_lines(tiles, job, gpu, layout, out);
+  if (job.depths != nullptr)
+    move_depths(tiles, job, gpu, layout, out);
+  else
+    move_lines(tiles, job, gpu, layout, out);
   return out;
 }
 
@@ -125,7 +154,7 @@ namespace {
 class ImmediateScheme final : public Scheme {
  public:
   explicit ImmediateScheme(ImmediateRun ImmediateFrame::*run) : run_(run) {}
-  void begin(const Pass& pass) override { samples_ = pass.job.pattern->samples_per_pixel(); }
+  void begin(const Pass&) override {}
   void add(const DrawnPatch&) override {}
   SchemeResult finish(const DrawnPass& drawn) override {
     const ImmediateFrame& frame = drawn.drawn;
@@ -137,8 +166,7 @@ class ImmediateScheme final : public Scheme {
     counters.culled_occlusion = frame.blocks_culled;
     counters.pixel_shader_invocations = frame.pixel_shader_invocations;
     counters.domain_evaluations = counters.domain_evaluations_cached = drawn.geometry.vertices;
-    const std::uint64_t finished =
-        samples_ > 1 ? drawn.frame_bytes : 0;  // with one sample per pixel the colour surface is the frame
+    const std::uint64_t finished = drawn.resolved_bytes;  // with as many samples the drawn surface is the stored one
     counters.frame_bytes_read = traffic.bytes_read;
     counters.frame_bytes_written = traffic.bytes_written + finished;
     counters.dram_bytes = traffic.bytes_read + counters.frame_bytes_written + counters.patch_bytes_cached;
@@ -151,7 +179,6 @@ class ImmediateScheme final : public Scheme {
 
  private:
   ImmediateRun ImmediateFrame::*run_;
-  int samples_ = 1;
 };
 
 // Draws passes with tessellation without tiles [spec: Adreno's open driver, use_sysmem_rendering], and other passes

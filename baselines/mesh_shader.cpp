@@ -249,8 +249,11 @@ class MeshShaderScheme : public Scheme {
     return out;
   }
   // Adds the traffic of two pyramids of depths: this frame's, for the next frame, and the previous frame's.
+  std::uint64_t pyramid_bytes() const {
+    return memory::burst_bytes(0, pass_->depths.bytes(), pass_->job.burst_bytes());
+  }
   void add_pyramid(BaselineCounters& counters) const {
-    const std::uint64_t bytes = memory::burst_bytes(0, pass_->depths.bytes(), pass_->job.burst_bytes());
+    const std::uint64_t bytes = pyramid_bytes();
     counters.culled_occlusion = task_->counts().hidden;
     counters.frame_bytes_read += bytes;
     counters.frame_bytes_written += bytes;
@@ -259,7 +262,7 @@ class MeshShaderScheme : public Scheme {
   }
   FrontWork front(const BaselineCounters& counters, const TriangleBuffer& buffer, const BaselineCounters& geometry,
                   const DrawnPass& drawn) const {
-    FrontWork out = front_work(counters, buffer, geometry.patch_bytes_cached + counters.frame_bytes_read);
+    FrontWork out = front_work(counters, buffer, geometry.patch_bytes_cached + pyramid_bytes());
     out.vertices = mesh_.vertices;
     out.patches = &mesh_.patches;
     out.instructions = task_->counts().instructions(drawn.geometry.tiles.bounding_operations);

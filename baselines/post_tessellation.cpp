@@ -60,13 +60,15 @@ std::vector<BlockTriangle> triangles_at(std::span<const std::uint8_t> memory, st
 }  // namespace
 
 PostTessellationBinner::PostTessellationBinner(const gpu::GpuConfiguration& gpu, const binner::TileGrid& grid,
-                                               const scene::Projection& projection, VertexStorage storage)
+                                               const scene::Projection& projection, VertexStorage storage,
+                                               bool depths_alone)
     : grid_(grid),
       order_(gpu.tilecore.tile_order, grid),
       setup_(grid_, projection),
       buffer_(gpu, grid.tile_count()),
       storage_(storage),
       orthographic_(projection.orthographic),
+      depths_alone_(depths_alone),
       burst_bytes_(static_cast<std::uint64_t>(gpu.memory.burst_bytes)),
       cache_bytes_(static_cast<std::uint64_t>(gpu.baselines.cache_bytes)),
       last_address_(grid.tile_count(), 0) {}
@@ -239,6 +241,7 @@ void PostTessellationBinner::keep_places(std::uint64_t own_vertices_at) {
       std::count_if(vertices_.begin(), vertices_.end(), [](const BlockVertex& vertex) { return !vertex.place; }));
   counters_.vertices_stored += own;
   if (storage_ == VertexStorage::kEachBlock) return;
+  if (!depths_alone_ || attribute_bytes_ > 0) counters_.domain_evaluations += own;
   VertexPlace next{own_vertices_at + own * position_bytes(moving_), 0};
   for (const BlockVertex& vertex : vertices_) {
     if (vertex.place) continue;
@@ -356,7 +359,6 @@ void PostTessellationBinner::finish(const VisibleTriangles* visible, std::span<c
   counters_.queue_bytes_written = buffer_.bytes_written();
   counters_.queue_bytes_peak = buffer_.bytes_in_use();
   counters_.buffer_overflows = buffer_.overflows();
-  if (storage_ == VertexStorage::kEachDraw) counters_.domain_evaluations = counters_.vertices_stored;
   counters_.domain_evaluations_cached = counters_.domain_evaluations;
   if (state_bytes.empty()) return;
   set_pressure(buffer_.pressure(reading.reads, state_bytes), counters_);
@@ -370,7 +372,7 @@ class PostTessellation final : public Scheme {
 
   void begin(const Pass& pass) override {
     pass_ = &pass;
-    binner_.emplace(pass.gpu, *pass.job.grid, pass.job.frame->projection, storage_);
+    binner_.emplace(pass.gpu, *pass.job.grid, pass.job.frame->projection, storage_, pass.job.depths != nullptr);
   }
   void add(const DrawnPatch& patch) override { binner_->add(patch.patch, patch.tiles); }
   SchemeResult finish(const DrawnPass& drawn) override {
@@ -384,7 +386,7 @@ class PostTessellation final : public Scheme {
     FrontWork before = front_work(counters, binner_->buffer(), geometry.tiles.patch_bytes_cached + attributes);
     before.vertices += counters.domain_evaluations;
     before.whole = counters.domain_evaluations;
-    before.passes = apart ? 2 : 1;
+    before.passes = apart && before.whole > 0 ? 2 : 1;
     out.work = drawn.work->tiled(counters, before, binner_->tiles(), *pass_->job.grid);
     counters.texture_bytes = drawn.work->texture_bytes();
     return out;

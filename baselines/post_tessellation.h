@@ -49,6 +49,8 @@ enum class VertexStorage : std::uint8_t {
 // vertices. Two assumptions favour this machine: it always finds a shaded vertex of a draw again, and it writes no
 // position of a culled triangle.
 //
+// With `depths_alone`, for a shadow map, attributes are shaded for the vertices of triangles that a texture masks.
+//
 // Only positions have real content; bytes of attributes are zero, as their values change no count.
 //
 // Configured by parameter_buffer.*, binner.combining_bursts, memory.burst_bytes, baselines.cache_bytes.
@@ -61,7 +63,8 @@ enum class VertexStorage : std::uint8_t {
 class PostTessellationBinner {
  public:
   PostTessellationBinner(const gpu::GpuConfiguration& gpu, const binner::TileGrid& grid,
-                         const scene::Projection& projection, VertexStorage storage = VertexStorage::kEachBlock);
+                         const scene::Projection& projection, VertexStorage storage = VertexStorage::kEachBlock,
+                         bool depths_alone = false);
 
   const TriangleSetup& setup() const { return setup_; }
 
@@ -123,7 +126,7 @@ class PostTessellationBinner {
   TriangleSetup setup_;
   TriangleBuffer buffer_;
   VertexStorage storage_;
-  bool orthographic_;
+  bool orthographic_, depths_alone_;
   std::uint64_t burst_bytes_, cache_bytes_;
   BaselineCounters counters_;
   std::uint64_t dram_bytes_ = 0, dram_bytes_uncached_ = 0;

@@ -20,7 +20,7 @@ namespace tessera::baselines {
 
 class SchemeWork;
 
-// A pass over one view, as every scheme draws it.
+// A pass over one view, the camera's or a light's, as every scheme draws it.
 struct Pass {
   const gpu::GpuConfiguration& gpu;
   const tilecore::TileJob& job;
@@ -32,7 +32,9 @@ struct Pass {
 struct DrawnPass {
   const GeometryCounts& geometry;  // counts of the hull stage and of triangle setup
   const ImmediateFrame& drawn;     // the triangles in the order of drawing, and which are visible
-  std::uint64_t frame_bytes;       // bytes written for the finished frame
+  std::uint64_t frame_bytes;       // bytes that tiles write in the end: the finished frame, attachments or a shadow map
+  std::uint64_t loaded_bytes;      // bytes that tiles read before they draw: attachments, or the frame
+  std::uint64_t resolved_bytes;    // of frame_bytes, in surfaces with fewer samples than are drawn
   std::uint64_t invocations;       // pixel-shader invocations for visible surfaces
   std::span<const std::uint64_t> tile_state_bytes, bin_state_bytes;  // bytes of colour and depth, by tile and by bin
   const SchemeWork* work;                                            // nullptr: neither cycles nor energy are modelled

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/round_up.h"
+#include "baselines/surfaces.h"
 #include "frontend/patch_record.h"
 #include "gpu/machine_model.h"
 #include "tilecore/shading/shader_features.h"
@@ -153,21 +154,22 @@ std::uint64_t SchemeWork::texture_bytes() const {
 }
 
 SchemeWork::SchemeWork(const gpu::GpuConfiguration& gpu, const tilecore::TileJob& job, const MachineWork& machine,
-                       const GeometryCounts& geometry, const ImmediateFrame& drawn)
+                       const GeometryCounts& geometry, const ImmediateFrame& drawn, std::uint64_t loaded_bytes)
     : gpu_(gpu),
       job_(job),
       geometry_(geometry),
       drawn_(drawn),
       machine_(machine),
+      loaded_bytes_(loaded_bytes),
       textures_(machine.textures),
       has_items_(gpu.queues.model == hardware::TimingModel::kEvents),
       order_(tilecore::TileOrder(gpu.tilecore.tile_order, *job.grid).tiles()),
       own_(job.grid->tile_count()),
       samples_(static_cast<std::uint64_t>(job.pattern->samples_per_pixel())) {
   take_shaders();
-  for (const timing::WorkRound& round : machine.work.rounds)
+  for (const timing::WorkRound& round : machine.rounds)
     for (std::size_t k = 0; k < round.tiles.size(); ++k) {
-      OwnTile& own = own_[round.tiles[k].tile];
+      OwnTile& own = own_[round.tiles[k].tile - machine.first_tile];
       add_shading(round.tiles[k], own.work);
       if (has_items_) add_own_items(round.items[k], own);
     }
@@ -183,7 +185,7 @@ void SchemeWork::take_shaders() {
     of.pixel = tilecore::warp_item(*job_.frame, drawable, job_.lighting, quads, false);
     of.masks = drawable.material->alpha_mode == scene::AlphaMode::kMask;
     of.place = of.whole = tilecore::place_cost(drawable);
-    if (tilecore::has_grid(drawable)) of.whole = tilecore::output_cost(*job_.frame, drawable);
+    if (tilecore::has_grid(drawable) && job_.depths == nullptr) of.whole = tilecore::output_cost(*job_.frame, drawable);
     of.displaced = of.place.texture_instructions > 0;
   }
 }
@@ -332,7 +334,8 @@ timing::FrameWork SchemeWork::tiled(const BaselineCounters& scheme, const FrontW
                                     std::span<const ListWork> lists, const binner::TileGrid& bins) const {
   timing::FrameWork work;
   work.tile_state_bytes = static_cast<std::uint64_t>(job_.grid->tile_width()) *
-                          static_cast<std::uint64_t>(job_.grid->tile_height()) * samples_ * kColorAndDepthBytes;
+                          static_cast<std::uint64_t>(job_.grid->tile_height()) * samples_ *
+                          surfaces_of(job_).sample_bytes();
   timing::WorkRound& round = work.rounds.emplace_back();
   round.geometry = hull_stage(scheme);
   round.geometry.events[Event::kBinnedEntries] = scheme.entries;
@@ -346,7 +349,7 @@ timing::FrameWork SchemeWork::tiled(const BaselineCounters& scheme, const FrontW
       scheme.primitives + scheme.culled_frustum + scheme.culled_backface + scheme.culled_zero_area;
 
   const std::vector<ListWork> of_tile = spread(lists, bins);
-  const std::vector<std::uint64_t> stored = by_pixels(scheme.frame_bytes_written);
+  const std::vector<std::uint64_t> stored = by_pixels(scheme.frame_bytes_written), loaded = by_pixels(loaded_bytes_);
   const auto line_bytes = static_cast<std::uint64_t>(gpu_.line_bytes());
   for (std::size_t k = 0; k < order_.size(); ++k) {
     const binner::TileIndex tile = order_[k];
@@ -355,15 +358,16 @@ timing::FrameWork SchemeWork::tiled(const BaselineCounters& scheme, const FrontW
     const gpu::TextureUse& textures = textures_[tile];
     TileWork& out = round.tiles.emplace_back(own.work);
     TileItems items;
-    out.tile = tile;
+    out.tile = tile + machine_.first_tile;
     add_items(list, own, {out, items});
     out.events[Event::kFetchedEntries] = front.fetches_entries ? list.entries : 0;
     items.cache_lines = (list.cache_bytes + line_bytes - 1) / line_bytes;
     out.events[Event::kL2Lines] = textures.l2_lines + items.cache_lines;
-    out.dram_bytes[kVisibility] = list.bytes + textures.visibility_bytes;
+    out.dram_bytes[kVisibility] = list.bytes + textures.visibility_bytes + loaded[k];
     out.dram_bytes[kShading] = textures.shading_bytes;
     out.dram_bytes[kStore] = stored[k];
     items.list_bytes = list.bytes;
+    items.load_bytes = loaded[k];
     items.written_bytes = stored[k];
     if (has_items_) round.items.push_back(std::move(items));
   }
@@ -502,7 +506,7 @@ timing::FrameWork SchemeWork::immediate(const BaselineCounters& scheme, std::spa
                                    writes = by_pixels(scheme.frame_bytes_written - written);
   for (std::size_t k = 0; k < order_.size(); ++k) {
     TileWork& tile = finish.tiles.emplace_back();
-    tile.tile = order_[k];
+    tile.tile = order_[k] + machine_.first_tile;
     const TileWork& own = own_[order_[k]].work;
     if (samples_ > 1) tile.events[Event::kPixels] = pixels_of(*job_.grid, order_[k]);
     for (const Event event : {Event::kCodedPixels, Event::kCompressedPixels}) tile.events[event] = own.events[event];

@@ -18,13 +18,11 @@ namespace tessera::baselines {
 
 // Results of the machine's run that all schemes use: shading of visible surfaces, and textures.
 struct MachineWork {
-  const timing::FrameWork& work;              // with items: schemes have them as well
+  std::span<const timing::WorkRound> rounds;  // in which the pass is drawn; with items: schemes have them as well
   std::span<const gpu::TextureUse> textures;  // by tile
   const gpu::DisplacementMemory* heights;     // nullptr where textures are not modelled
+  std::uint32_t first_tile = 0;               // number of the pass's first tile in the rounds
 };
-
-// Bytes that conventional machines keep of a sample in a tile.
-inline constexpr std::uint64_t kColorAndDepthBytes = 8;
 
 // Work before the tiles of a scheme whose lists hold triangles.
 struct FrontWork {
@@ -58,7 +56,10 @@ struct FrontWork {
 //                         blocks of 8x8 pixels whose farthest depth is computed again
 //                                                     coarse depth
 //   shading, resolve      the machine's own for that tile, but patches are not evaluated again: vertices hold attributes
-//   store                 the finished frame, by pixels
+//   load, store           attachments, the finished frame, or the depths of a shadow map, by pixels
+//
+// Shadow maps are drawn depths alone: vertices are shaded to a place, and no pixel is. Passes over images have the machine's
+// own rounds (append_image_passes()).
 //
 // With items (machine.timing=events) a tile has one for each patch that it draws, in the order of drawing, and the
 // machine's warps with the compiled clocks of shaders that interpolate attributes. Its lists and the data that they
@@ -80,9 +81,10 @@ struct FrontWork {
 //   BW3  The items of a tile add up to its events, and move its bytes past the L2 except for textures.
 class SchemeWork {
  public:
-  // All arguments must outlive the object. `drawn`: hits and depth by tile.
+  // All arguments must outlive the object. `drawn`: hits and depth by tile. `loaded_bytes`: read by tiles before they
+  // draw.
   SchemeWork(const gpu::GpuConfiguration& gpu, const tilecore::TileJob& job, const MachineWork& machine,
-             const GeometryCounts& geometry, const ImmediateFrame& drawn);
+             const GeometryCounts& geometry, const ImmediateFrame& drawn, std::uint64_t loaded_bytes = 0);
 
   // `bins`: the grid of the scheme's lists. A bin's list is spread evenly over the machine's tiles in it: cores work on a bin together.
   timing::FrameWork tiled(const BaselineCounters& scheme, const FrontWork& front, std::span<const ListWork> lists,
@@ -148,6 +150,7 @@ class SchemeWork {
   const GeometryCounts& geometry_;
   const ImmediateFrame& drawn_;
   const MachineWork& machine_;
+  std::uint64_t loaded_bytes_;
   std::span<const gpu::TextureUse> textures_;
   bool has_items_;
   std::vector<Shaders> shaders_;  // by drawable
@@ -166,9 +169,11 @@ BaselineCounters list_counters(const Binner& binner, const DrawnPass& drawn, con
   BaselineCounters out = binner.counters();
   take_geometry(geometry, attributes, out);
   out.pixel_shader_invocations = drawn.invocations;
+  out.frame_bytes_read = drawn.loaded_bytes;
   out.frame_bytes_written = drawn.frame_bytes;
-  out.dram_bytes = binner.dram_bytes() + geometry.patch_bytes_cached + attributes + drawn.frame_bytes;
-  out.dram_bytes_uncached = binner.dram_bytes_uncached() + geometry.patch_bytes + attributes + drawn.frame_bytes;
+  const std::uint64_t frame = drawn.loaded_bytes + drawn.frame_bytes;
+  out.dram_bytes = binner.dram_bytes() + geometry.patch_bytes_cached + attributes + frame;
+  out.dram_bytes_uncached = binner.dram_bytes_uncached() + geometry.patch_bytes + attributes + frame;
   return out;
 }
 

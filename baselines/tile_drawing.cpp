@@ -11,16 +11,14 @@
 namespace tessera::baselines {
 namespace {
 
-constexpr std::uint64_t kSampleBytes = 4;  // of each surface
-
 int rounded_up_quotient(int a, int b) { return (a + b - 1) / b; }
 
 }  // namespace
 
-SampleLayout::SampleLayout(IntRect region, int samples_per_pixel, std::uint64_t burst_bytes)
+SampleLayout::SampleLayout(IntRect region, int samples_per_pixel, std::uint64_t burst_bytes, std::uint64_t sample_bytes)
     : region_(region),
       samples_per_pixel_(samples_per_pixel),
-      samples_per_line_(static_cast<int>(burst_bytes / kSampleBytes)) {
+      samples_per_line_(static_cast<int>(burst_bytes / sample_bytes)) {
   if (samples_per_pixel >= samples_per_line_) {
     lines_per_pixel_ = rounded_up_quotient(samples_per_pixel, samples_per_line_);
   } else {
@@ -218,7 +216,8 @@ class Drawing {
 
   void draw_triangle(std::uint32_t patch, std::span<Hit> all) {
     const scene::Material& material = *job_.frame->drawable_of(patch).material;
-    const bool blends = material.alpha_mode == AlphaMode::kBlend;
+    const bool depths_alone = job_.depths != nullptr,
+               blends = material.alpha_mode == AlphaMode::kBlend && !depths_alone;
     touched_.clear();
     std::uint32_t pixel_before = std::numeric_limits<std::uint32_t>::max();
     for (const Hit& hit : cull_blocks(all)) {
@@ -233,7 +232,7 @@ class Drawing {
           layers_.push_back({name, hit.sample, hit.z});
         else
           blocks_.set(hit.sample, hit.z), seen_[hit.sample] = name;
-        if (static_cast<std::uint32_t>(pixel) != pixel_before) {
+        if (!depths_alone && static_cast<std::uint32_t>(pixel) != pixel_before) {
           const float seen_at = tilecore::time_seen(*job_.frame, patch, t);
           invocations.push_back({{patch, hit.triangle, hit.b1, hit.b2, seen_at}, t});
         }

@@ -14,11 +14,11 @@
 namespace tessera::baselines {
 
 // Addresses of the samples of a frame in the memory of an immediate-mode machine. Each sample has 4 bytes of depth
-// and 4 of colour. Surfaces consist of lines of one burst that hold a rectangle of pixels as square as possible (64
+// and as many of colour, or `sample_bytes` of each, a power of two. Surfaces consist of lines of one burst that hold a rectangle of pixels as square as possible (64
 // bytes, 4 samples: 2x2 pixels). Pixels with more samples than a line holds take several lines.
 class SampleLayout {
  public:
-  SampleLayout(IntRect region, int samples_per_pixel, std::uint64_t burst_bytes);
+  SampleLayout(IntRect region, int samples_per_pixel, std::uint64_t burst_bytes, std::uint64_t sample_bytes = 4);
 
   std::uint32_t line_count() const { return line_count_; }
   // Line of a sample; the pixel must be inside the region.
@@ -47,11 +47,16 @@ class SampleLayout {
 // Configured by baselines.cache_bytes, memory.burst_bytes.
 class ImmediateMemory {
  public:
-  ImmediateMemory(std::uint64_t cache_bytes, std::uint64_t burst_bytes, std::uint32_t line_count)
+  // `color_bursts`: bursts of the colours that belong to a line of depths; `loads`: colours are in memory from the start.
+  ImmediateMemory(std::uint64_t cache_bytes, std::uint64_t burst_bytes, std::uint32_t line_count,
+                  std::uint64_t color_bursts = 1, bool loads = false)
       : burst_bytes_(burst_bytes),
+        color_bursts_(color_bursts),
         cache_(cache_bytes),
         in_memory_(std::size_t{2} * line_count, false),
-        drawn_(line_count, false) {}
+        drawn_(line_count, false) {
+    for (std::size_t color = 1; loads && color < in_memory_.size(); color += 2) in_memory_[color] = true;
+  }
 
   // Draws a triangle on the samples of a line. `passes`: some of them are in front of the depth drawn so far. Blended
   // triangles change no depth.
@@ -71,15 +76,16 @@ class ImmediateMemory {
  private:
   void use(std::uint32_t key, bool read, bool change) {
     const bool in_memory = in_memory_[key];  // before this use writes it past a cache without room
-    const bool hit = cache_.use(key, burst_bytes_, change, [this](std::uint32_t k) { write_back(k); });
-    if (!hit && read && in_memory) bytes_read_ += burst_bytes_;
+    const bool hit = cache_.use(key, bytes_of(key), change, [this](std::uint32_t k) { write_back(k); });
+    if (!hit && read && in_memory) bytes_read_ += bytes_of(key);
   }
   void write_back(std::uint32_t key) {
-    bytes_written_ += burst_bytes_;
+    bytes_written_ += bytes_of(key);
     in_memory_[key] = true;
   }
+  std::uint64_t bytes_of(std::uint32_t key) const { return key % 2 == 0 ? burst_bytes_ : burst_bytes_ * color_bursts_; }
 
-  std::uint64_t burst_bytes_;
+  std::uint64_t burst_bytes_, color_bursts_;
   memory::LruCache cache_;
   std::vector<bool> in_memory_, drawn_;
   std::uint64_t bytes_read_ = 0, bytes_written_ = 0;
@@ -132,7 +138,7 @@ struct TileDrawer {
 };
 
 // Draws one tile. `entries`: entries of the tile, cut and ordered in any way. Hits are exact, also where motion and
-// defocus scatter them. With `colors` false no pixel is shaded and colours stay empty; `point` still numbers invocations.
+// defocus scatter them. A shadow map has no invocations, and whatever blends casts like an opaque surface. With `colors` false no pixel is shaded and colours stay empty; `point` still numbers invocations.
 TileDrawing draw_tile(const tilecore::TileJob& job, std::uint32_t tile, std::vector<binner::ListEntry> entries,
                       const SampleLayout& layout, bool colors, TileDrawer& drawer, std::uint64_t& invocations);
 

@@ -10,7 +10,6 @@ namespace tessera::baselines {
 namespace {
 
 constexpr int kBinStep = 32;
-constexpr std::uint64_t kGmemSampleBytes = 8;
 
 int stepped(int pixels) {
   return static_cast<int>(round_up(static_cast<std::uint64_t>(std::max(pixels, 1)), kBinStep));
@@ -18,9 +17,9 @@ int stepped(int pixels) {
 
 }  // namespace
 
-BinSize bin_size(const IntRect& region, int samples_per_pixel, std::uint64_t gmem_bytes) {
+BinSize bin_size(const IntRect& region, int samples_per_pixel, std::uint64_t gmem_bytes, std::uint64_t sample_bytes) {
   const std::uint64_t step_bytes =
-      std::uint64_t{kBinStep} * kBinStep * static_cast<std::uint64_t>(samples_per_pixel) * kGmemSampleBytes;
+      std::uint64_t{kBinStep} * kBinStep * static_cast<std::uint64_t>(samples_per_pixel) * sample_bytes;
   const auto steps =
       static_cast<int>(std::min<std::uint64_t>(std::max<std::uint64_t>(gmem_bytes / step_bytes, 1), 1 << 20));
   const int wide = stepped(region.width()) / kBinStep, high = stepped(region.height()) / kBinStep;

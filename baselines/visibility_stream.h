@@ -6,12 +6,13 @@
 namespace tessera::baselines {
 
 // Size of the bins of a machine whose tile memory holds `gmem_bytes`: multiples of 32 pixels [spec: a6xx, Mesa].
-// There are as few bins as possible while each fits colour and depth (4 bytes each) of its samples, and they are as
-// square as possible. At least 32x32, as with fewer bytes no bin would fit.
+// There are as few bins as possible while each fits colour and depth (4 bytes each, or `sample_bytes` together) of its
+// samples, and they are as square as possible. At least 32x32, as with fewer bytes no bin would fit.
 struct BinSize {
   int width, height;
 };
-BinSize bin_size(const IntRect& region, int samples_per_pixel, std::uint64_t gmem_bytes);
+BinSize bin_size(const IntRect& region, int samples_per_pixel, std::uint64_t gmem_bytes,
+                 std::uint64_t sample_bytes = 8);
 
 // A machine whose binning pass leaves one bit per triangle and bin; each bin reads and shades again the geometry that
 // its bits name [spec: Adreno, VSC and GMEM; assumed: the coding of the bits].

@@ -4,6 +4,7 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <span>
 #include <utility>
 
 #include <fmt/format.h>
@@ -108,15 +109,12 @@ void Device::set_observer(ViewObserver* observer) {
         "tile.rendering_elimination=false and frame_buffer.transaction_elimination=false");
   if (observer != nullptr && behind_.level_count() > 0)
     throw UsageError(
-        "baselines draw frames in one pass; surfaces of this capture transmit, and baselines would leave out a pass");
-  if (observer != nullptr && !shadow_passes_.maps().empty())
+        "baselines draw each surface in one pass; surfaces of this capture transmit, and take the image behind them "
+        "from another");
+  if (observer != nullptr && graph_.loads_frame() && frame_store().compressed)
     throw UsageError(
-        "baselines draw frames in one pass; lights of this capture cast shadows, and baselines would leave out their "
-        "maps: effects.shadows=off compares the rest");
-  if (observer != nullptr && !graph_.plain())
-    throw UsageError(
-        "baselines draw frames in one pass; this capture describes passes, and baselines would leave out their loads "
-        "and stores");
+        "baselines do not know how the frame before was compressed; a pass of this capture loads it, so set "
+        "frame_buffer.compression=none");
   observer_ = observer;
 }
 
@@ -302,12 +300,15 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, ViewS
   ObservedWork record;
   const bool observed = observer_ != nullptr && left == nullptr;
   const DisplacementMemory* const heights = settings_.output.machine_model ? &displacement_memory_ : nullptr;
+  const memory::LineRange map_lines{static_cast<std::uint32_t>(texture_memory_.first_map_line()),
+                                    static_cast<std::uint32_t>(texture_memory_.lines())};
   WorkRecorder recorder(
       gpu_, patch_table_, heights, request_.record_accesses,
-      request_.record_items || request_.attribute || gpu_.queues.model == hardware::TimingModel::kEvents,
-      {static_cast<std::uint32_t>(texture_memory_.first_map_line()),
-       static_cast<std::uint32_t>(texture_memory_.lines())});
-  shadow_passes_.render(job, recorder, &progress_, frame, result);
+      request_.record_items || request_.attribute || gpu_.queues.model == hardware::TimingModel::kEvents, map_lines);
+  std::optional<ShadowPasses::Shown> shown;
+  if (observed) shown.emplace(ShadowPasses::Shown{*observer_, patch_table_, heights, map_lines});
+  shadow_passes_.render(job, recorder, &progress_, frame, result, shown ? &*shown : nullptr);
+  const std::size_t map_rounds = recorder.rounds().size(), map_count = shadow_passes_.count();
   job.lighting.shadows = shadow_passes_.shadows();
   job.maps_signature = shadow_passes_.signature();
   if (eliminates(gpu_)) begin_elimination(frame, eye, job);
@@ -355,7 +356,13 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, ViewS
   if (request_.error && job.resolve != nullptr) measure_error(job, result);
   if (observed) {
     const StageTimer timer(result, "observe");
-    observer_->view_rendered({gpu_, scene_.pyramids, patch_table_, heights, job, record, result});
+    RenderedView view{gpu_, scene_.pyramids, patch_table_, heights, job, record, result};
+    if (result.model) view.rounds = std::span(result.model->record.work.rounds).subspan(map_rounds);
+    view.pass = graph_.name();
+    view.maps_before = map_count;
+    view.map_lines = map_lines;
+    view.attachment_bytes = graph_.attachment_bytes();
+    observer_->view_rendered(view);
   }
   return geometry;
 }

@@ -68,8 +68,8 @@ class Device {
   void abandon() { progress_.abandon(); }
 
   // Sets the observer of the views of each frame; nullptr removes it. The observer must outlive the device or the next
-  // call. Throws UsageError if tiles are eliminated, if surfaces transmit or if the capture describes passes: a
-  // comparison of machines needs a machine that renders and writes all tiles in one pass.
+  // call. Throws UsageError where a comparison of machines would leave work out: with a shading path other than
+  // visibility, if tiles are eliminated, if surfaces transmit, or if a pass loads the compressed frame before.
   void set_observer(ViewObserver* observer);
 
   // The history that the last rendered frame leaves to the next, with resolve.desampling=adaptive. set_history()

@@ -445,6 +445,7 @@ class FrameGraph::Reader {
     const int bits = declared == nullptr ? 32 : sample_bits(declared->format);
     const int samples = store == StoreAction::kResolve ? 1 : settings_.sampling.samples_per_pixel;
     actions.depth_bytes = static_cast<std::uint64_t>(bits / 8 * samples);
+    actions.depth_samples = samples;
     actions.depth_base = place(actions.depth_bytes);
   }
 

@@ -39,6 +39,7 @@ struct FrameResult {
   tilecore::FrameTargets targets;
   FrameCounters counters;
   std::vector<PassResult> passes{};  // of the left or only eye, in the order in which they began
+  std::size_t image_passes = 0;      // number of the last of these that draw nothing: bloom and copies, a round each
   FrameEffects effects;
   EffectReasons effect_reasons;  // why each effect ran or did not
   FrameEffectPlaces effect_places;

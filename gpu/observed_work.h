@@ -8,7 +8,7 @@
 
 namespace tessera::gpu {
 
-// Traffic of a tile's texture units and heights, displacement maps included.
+// Traffic of a tile's texture units and heights, displacement maps and shadow maps included.
 struct TextureUse {
   std::uint64_t visibility_bytes = 0, shading_bytes = 0;  // over the external memory interface
   std::uint64_t l2_lines = 0;                             // requested from the L2, and filled into it

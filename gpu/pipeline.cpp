@@ -173,12 +173,14 @@ void Pipeline::render(const ViewRun& run, const PreviousDepth& previous) {
   if (previous.store) second_pass(run, scheduler, binner, front_end);
   if (job.resolve != nullptr && job.resolve->settings.reach == tilecore::StencilReach::kNeighbours)
     scheduler.render(stencil_pass(run));
+  const std::size_t drawn = result.passes.size();
   if (run.taa != nullptr) scheduler.render(taa_pass(run, scheduler.tiles()));
   std::vector<Image> bloom;
   if (run.bloom != nullptr)
     for (const BloomStep& step : run.bloom->steps()) scheduler.render(bloom_pass(run, scheduler.tiles(), step, bloom));
   for (const CopyPass& copy : run.copies)
     scheduler.render(copy_pass(run, scheduler.tiles(), copy, copy.adds_bloom ? &bloom.front() : nullptr));
+  result.image_passes = result.passes.size() - drawn;
   passes.finish();
   run.recorder.end_view(job);
   take_totals(run);

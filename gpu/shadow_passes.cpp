@@ -63,7 +63,7 @@ tilecore::TileJob depth_job(const tilecore::TileJob& view) {
 
 ShadowPasses::ShadowPasses(const scene::Assembly& assembly, const frontend::PyramidLibrary& pyramids,
                            const GpuConfiguration& gpu, const RunSettings& settings, Pipeline::Cores cores)
-    : gpu_(gpu), settings_(settings), pipeline_(gpu, pyramids, std::move(cores)) {
+    : gpu_(gpu), pyramids_(pyramids), settings_(settings), pipeline_(gpu, pyramids, std::move(cores)) {
   const Capture& capture = *assembly.capture;
   std::vector<scene::ShadowRequest> requests;
   const int times = capture.played_animations.empty() ? 1 : settings.shadows.times;
@@ -89,7 +89,7 @@ ShadowPasses::ShadowPasses(const scene::Assembly& assembly, const frontend::Pyra
 }
 
 void ShadowPasses::render(const tilecore::TileJob& view_job, WorkRecorder& recorder, WorkProgress* progress, int number,
-                          FrameResult& result) {
+                          FrameResult& result, const Shown* shown) {
   shadows_.reset();
   results_.clear();
   slot_of_.clear();
@@ -110,7 +110,7 @@ void ShadowPasses::render(const tilecore::TileJob& view_job, WorkRecorder& recor
       const int first_layer = static_cast<int>(m) * slots_[slot].layers_at_once;
       for (const scene::LightView& view : views_[m][k]) {
         const Target target{slot, first_layer + view.layer, first_tile};
-        render_map(view_job, *moments[m].scene, view, target, recorder, progress, number);
+        render_map(view_job, *moments[m].scene, view, target, recorder, progress, number, shown);
         first_tile += binner::TileGrid(view.size, view.size, gpu_.tile.width, gpu_.tile.height).tile_count();
         if (!gpu_.tile.rendering_elimination) continue;
         Slot::Layer& layer = slots_[slot].layers[static_cast<std::size_t>(target.layer)];
@@ -127,7 +127,7 @@ void ShadowPasses::render(const tilecore::TileJob& view_job, WorkRecorder& recor
 
 void ShadowPasses::render_map(const tilecore::TileJob& view_job, const scene::FrameGeometry& moment,
                               const scene::LightView& view, const Target& target, WorkRecorder& recorder,
-                              WorkProgress* progress, int number) {
+                              WorkProgress* progress, int number, const Shown* shown) {
   const std::unique_ptr<scene::FrameGeometry> posed = pose_for_light(moment, view, settings_.shadows);
   const binner::TileGrid grid(view.size, view.size, gpu_.tile.width, gpu_.tile.height);
   const tilecore::SamplePattern pattern({.samples_per_pixel = 1});
@@ -139,7 +139,9 @@ void ShadowPasses::render_map(const tilecore::TileJob& view_job, const scene::Fr
   slot_of_.push_back(target.slot);
   FrameResult& pass = results_.emplace_back(number, tilecore::FrameTargets(IntRect{0, 0, 0, 0}, false));
   const std::string name = fmt::format("shadow {}.{}", target.slot, target.layer);
-  ViewRun run{gpu_, depths, recorder, pass, nullptr, progress};
+  ObservedWork record;
+  const std::size_t rounds_before = recorder.rounds().size();
+  ViewRun run{gpu_, depths, recorder, pass, shown != nullptr ? &record : nullptr, progress};
   run.pass = name;
   Slot::Layer& layer = slots_[target.slot].layers[static_cast<std::size_t>(target.layer)];
   if (gpu_.tile.rendering_elimination) {
@@ -150,6 +152,15 @@ void ShadowPasses::render_map(const tilecore::TileJob& view_job, const scene::Fr
   run.first_tile = target.first_tile;
   run.waits = false;
   pipeline_.render(run, {});
+  if (shown == nullptr) return;
+  record.textures = recorder.take_textures();
+  RenderedView map{gpu_, pyramids_, shown->records, shown->heights, depths, record, pass};
+  map.rounds = recorder.rounds().subspan(rounds_before);
+  map.pass = name;
+  map.maps_before = results_.size() - 1;
+  map.first_tile = target.first_tile;
+  map.map_lines = shown->map_lines;
+  shown->observer.map_rendered(map);
 }
 
 std::vector<const tilecore::DepthMaps*> ShadowPasses::stored() const {

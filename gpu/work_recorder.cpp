@@ -436,7 +436,8 @@ bool WorkRecorder::share_line(Slot& slot, std::uint32_t line, timing::Phase phas
     if (std::exchange(maps_read_[line - maps_.first], std::uint8_t{1}) == 0) ++sums_.local().core.shadows.lines_read;
   }
   ++slot.work.events[Event::kL2Lines];
-  TextureUse* const texture = purpose == Purpose::kTexture ? &textures_[slot.work.tile] : nullptr;
+  const bool looked_up = purpose == Purpose::kTexture || purpose == Purpose::kShadowMap;
+  TextureUse* const texture = looked_up ? &textures_[slot.work.tile] : nullptr;
   if (texture != nullptr) ++texture->l2_lines;
   const Unit unit = purpose == Purpose::kHistory ? Unit::kResolve : Unit::kTilecore;
   if (l2_.read(line, purpose, unit)) return true;

@@ -126,7 +126,10 @@ class WorkRecorder {
   // Notes that the frame stores these lines before it reads them.
   void stored(const memory::LineRange& lines) { record_.work.stored_lines.push_back(lines); }
 
-  // By tile, for the whole frame.
+  // Rounds that have ended, of all views.
+  std::span<const timing::WorkRound> rounds() const { return record_.work.rounds; }
+
+  // By tile, for the last view.
   std::vector<TextureUse> take_textures() { return std::exchange(textures_, {}); }
 
   std::vector<TileTraffic> take_traffic() { return std::exchange(traffic_, {}); }

@@ -1,5 +1,8 @@
 #include "replay/baseline_report.h"
 
+#include <algorithm>
+#include <array>
+
 #include <fmt/format.h>
 
 #include "base/atomic_file.h"
@@ -28,6 +31,22 @@ nlohmann::json baselines_json(const baselines::BaselineSet& set) {
   for (std::size_t s = 0; s < baselines::kSchemeCount; ++s)
     for (const auto& field : kFields)
       out[std::string(baselines::kSchemes[s].name)][std::string(field.name)] = set.schemes[s].*field.member;
+  return out;
+}
+
+nlohmann::json baseline_passes_json(std::span<const baselines::PassSet> passes) {
+  constexpr std::array kBytes = {&BaselineCounters::dram_bytes,       &BaselineCounters::texture_bytes,
+                                 &BaselineCounters::frame_bytes_read, &BaselineCounters::frame_bytes_written,
+                                 &BaselineCounters::queue_bytes_read, &BaselineCounters::queue_bytes_written};
+  nlohmann::json out = nlohmann::json::array();
+  for (const baselines::PassSet& pass : passes) {
+    nlohmann::json& schemes = out.emplace_back(nlohmann::json{{"name", pass.name}})["baselines"];
+    for (std::size_t s = 0; s < baselines::kSchemeCount; ++s)
+      for (const auto& field : kFields)
+        if (std::find(kBytes.begin(), kBytes.end(), field.member) != kBytes.end())
+          schemes[std::string(baselines::kSchemes[s].name)][std::string(field.name)] =
+              pass.set.schemes[s].*field.member;
+  }
   return out;
 }
 

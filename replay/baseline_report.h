@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,10 @@ namespace tessera::replay {
 
 // {"tessera": {"baseline.primitives": 1, ...}, "patch-whole": ..., and so on: a member per scheme}
 nlohmann::json baselines_json(const baselines::BaselineSet& set);
+
+// [{"name": "shadow 0.0", "baselines": {"tessera": {"baseline.dram_bytes": 1, ...}, ...}}, ...]: the bytes of each scheme in
+// each pass of a frame.
+nlohmann::json baseline_passes_json(std::span<const baselines::PassSet> passes);
 
 // {"tessera": "ours", "patch-whole": "ours", "post-tessellation": "shipped", ...}: a member per scheme
 nlohmann::json baseline_kinds_json();

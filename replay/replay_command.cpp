@@ -120,7 +120,7 @@ class ReplayCommand final : public Command {
                    "the memory)")
         ->type_name("BYTES");
     app.add_flag("--baselines", baselines_,
-                 "Run other ways to bin the same frames as well and report which one wins by how much: "
+                 "Run other ways to bin the same frames as well, pass by pass, and report which one wins by how much: "
                  "patches whole, triangles with vertices, positions or references, no bins at all");
     app.add_flag("--sensitivity", sensitivity_,
                  "Time the first frame again with each number that timing reads at both ends of its plausible "
@@ -286,6 +286,7 @@ class ReplayCommand final : public Command {
       if (!quiet_)
         for (const std::string& note : result.notes) std::fprintf(stderr, "note: %s\n", note.c_str());
       statistics.add(result, schemes != nullptr ? &schemes->last() : nullptr, costs ? &*costs : nullptr);
+      if (schemes != nullptr) statistics.add_baseline_passes(schemes->passes());
       room.grow(statistics.bytes_at_most());
       files.add(result);
       std::string members;

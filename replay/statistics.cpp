@@ -187,6 +187,12 @@ void Statistics::add(const gpu::FrameResult& frame, const baselines::BaselineSet
   total_seconds_ += frame.seconds;
 }
 
+void Statistics::add_baseline_passes(std::span<const baselines::PassSet> passes) {
+  if (passes.size() < 2) return;
+  frames_.back()["baseline_passes"] = baseline_passes_json(passes);
+  frame_bytes_ = std::max(frame_bytes_, json_text(frames_.back(), 1).size());
+}
+
 std::uint64_t Statistics::bytes_at_most() const {
   // A frame's text in stats.json plus its row in the CSV files; the new files are written beside the old ones.
   return (frames_.size() + 2) * (frame_bytes_ + frame_bytes_ / 2) + (std::uint64_t{256} << 10);

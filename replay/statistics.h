@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -53,6 +54,8 @@ class Statistics {
   // `schemes`: the baselines of the same frame, or null. `costs`: members "drawables" and "materials"; null: none.
   void add(const gpu::FrameResult& frame, const baselines::BaselineSet* schemes = nullptr,
            const FrameCosts* costs = nullptr);
+  // The passes of the schemes in the frame added last: its member "baseline_passes", where there are several.
+  void add_baseline_passes(std::span<const baselines::PassSet> passes);
   std::size_t frame_count() const { return frames_.size(); }
 
   nlohmann::json json() const;

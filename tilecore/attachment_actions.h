@@ -25,6 +25,7 @@ struct AttachmentActions {
   bool load_color = false;               // the present colours at the place of its store
   std::optional<ColorAttachment> color;  // destination of its colours; nullopt: the frame
   std::uint64_t depth_bytes = 0;         // bytes stored for each pixel's depths; 0: depths are discarded
+  int depth_samples = 1;                 // depths stored of each pixel
   std::uint64_t depth_base = 0;          // base address of the depths within the memory of attachments
   std::uint64_t velocity_bytes = 0;      // bytes stored for each pixel's velocity; 0: there are no velocities
   std::uint64_t velocity_base = 0;       // base address of the velocities within the memory of attachments

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstdint>
+
+#include "base/round_up.h"
+#include "memory/ledger.h"
+#include "tilecore/tile_job.h"
+
+namespace tessera::baselines {
+
+// The surfaces that a pass draws into, as conventional machines keep and store them.
+struct PassSurfaces {
+  std::uint64_t depth_bytes = 4;  // of a sample
+  std::uint64_t color_bytes = 4;  // of a sample; 0: the pass draws depths alone
+  bool resolves_color = false;    // it stores fewer colours of a pixel than it draws
+  bool loads_color = false;       // the colours are those that were stored before
+  // Bytes of the surfaces that are stored with fewer samples than are drawn, beside the frame.
+  std::uint64_t resolved_bytes = 0;
+
+  // Bytes of a sample in a tile.
+  std::uint64_t sample_bytes() const { return depth_bytes + color_bytes; }
+};
+
+// The surfaces of a job. A shadow map has the depth of its format; frames have 4 bytes of depth and of colour, attachments
+// the bytes of their format.
+inline PassSurfaces surfaces_of(const tilecore::TileJob& job) {
+  PassSurfaces out;
+  if (job.depths != nullptr) {
+    out.depth_bytes = job.depths->texel_bytes();
+    out.color_bytes = 0;
+    return out;
+  }
+  const tilecore::AttachmentActions& actions = job.actions;
+  const int samples = job.pattern->samples_per_pixel();
+  const IntRect& region = job.grid->region();
+  const auto stored = [&](std::uint64_t pixel_bytes) {
+    return round_up(
+        static_cast<std::uint64_t>(region.width()) * static_cast<std::uint64_t>(region.height()) * pixel_bytes,
+        job.burst_bytes());
+  };
+  out.loads_color = actions.load_color;
+  out.resolves_color = samples > 1 && (!actions.color || actions.color->samples == 1);
+  if (actions.color) {
+    out.color_bytes = actions.color->coder.pixel_bytes();
+    if (out.resolves_color) out.resolved_bytes += stored(actions.color->pixel_bytes());
+  }
+  if (actions.depth_bytes > 0 && actions.depth_samples < samples) out.resolved_bytes += stored(actions.depth_bytes);
+  return out;
+}
+
+// Bytes of images that cores look up through their texture caches: textures, heights and shadow maps. They are the same for
+// every scheme that shades only visible surfaces.
+inline std::uint64_t looked_up_bytes(const memory::Ledger& ledger) {
+  return ledger.traffic(memory::Unit::kTilecore, memory::Purpose::kTexture).read_bytes +
+         ledger.traffic(memory::Unit::kTilecore, memory::Purpose::kShadowMap).read_bytes;
+}
+
+}  // namespace tessera::baselines
