@@ -287,8 +287,27 @@ class Pages(unittest.TestCase):
         for row in rows:
             self.assertIn(f"\n| {row['cost']} | {row['doubt']} | {' | '.join(row[scheme] for scheme in SCHEMES)} |\n", text, "run docs/images/when_it_pays/make.sh")
 
+    def test_when_it_pays_shows_frames_of_several_passes(self):
+        text, rows = page("docs/when_it_pays.md"), rows_of(ROOT / "docs/measurements/pass_baselines.csv")
+        for scheme in {row["scheme"] for row in rows}:
+            of = [row for row in rows if row["scheme"] == scheme]
+            cells = [cell for row in of for cell in (" + ".join(f"{int(row[part]) / 1e6:.1f}" for part in ("map_bytes", "view_bytes", "image_bytes") if int(row[part])),
+                                                     row["ms"], row["mj"])]
+            self.assertIn(f"\n| `{scheme}` | {of[0]['kind']} | {' | '.join(cells)} |\n", text, "run docs/measurements/pass_baselines.py --table")
+        self.assertEqual(len(rows), 3 * 13)
+
 
 class Replays(unittest.TestCase):
+    def test_baselines_of_frames_of_several_passes(self):
+        frame = statistics(capture("corridor"), "--frames", "0:1", "--size", "320x180", "--baselines")["frames"][0]
+        rows = [row for row in rows_of(ROOT / "docs/measurements/pass_baselines.csv") if row["capture"] == "corridor"]
+        self.assertEqual({row["scheme"] for row in rows}, set(frame["baselines"]))
+        for row in rows:
+            of = frame["baselines"][row["scheme"]]
+            self.assertEqual(sum(int(row[part]) for part in ("map_bytes", "view_bytes", "image_bytes")),
+                             of["baseline.dram_bytes"] + of["baseline.texture_bytes"], row["scheme"])
+            self.assertEqual((int(row["list_bytes"]), int(row["cycles"])), (of["baseline.queue_bytes_peak"], of["baseline.cycles"]), row["scheme"])
+
     def test_hard_cases(self):
         with tempfile.TemporaryDirectory() as out:
             run("selfcheck", "--stability", "--out", out)

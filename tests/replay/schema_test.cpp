@@ -142,6 +142,7 @@ TEST_F(SchemaFiles, OfReplays) {
   };
   replay("plain", "eggs", {"--record", path("record"), "--sensitivity"});
   replay("phases", "garden", {"--set", "machine.timing=phases", "--baselines"});
+  replay("graph", "corridor", {"--baselines"});
   replay("eyes", "vases",
          {"--set", "stereo.eye_separation=0.06", "--set", "resolve.desampling=adaptive", "--set",
           "frame_buffer.compression=lossless"});
@@ -153,7 +154,7 @@ TEST_F(SchemaFiles, OfReplays) {
   json no_key = read("plain/stats.json");
   no_key["gpu"]["tile"].erase("width");
   add("stats", no_key, false, "without a key of the machine");
-  for (const char* name : {"phases", "eyes", "unmodelled"})
+  for (const char* name : {"phases", "eyes", "unmodelled", "graph"})
     add("stats", read(fmt::format("{}/stats.json", name)), true, name);
   add_with_twins("tiles", read("eyes/tiles_0003.json"));
   for (const char* name : {"plain", "phases", "unmodelled"})
