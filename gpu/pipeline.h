@@ -21,8 +21,8 @@ namespace tessera::gpu {
 // pose stays the same.
 //
 // Invariant (cited by the tests):
-//   PL1  Images, counters and records of a view do not depend on the views before it, except through TileJob::store and
-//        ViewRun::inputs.
+//   PL1  Images, counters and records of a view do not depend on the views before it, except through TileJob::store,
+//        ViewRun::inputs and ViewRun::taa_history.
 class Pipeline {
  public:
   using Cores = std::shared_ptr<PerThread<tilecore::TileCore>>;
