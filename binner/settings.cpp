@@ -30,9 +30,7 @@ Keys<TileSize> tile_keys() {
   return {
       {"tile.width", &TileSize::width, "pixels", 8, 256, "Width of the on-chip render area of one tile core.",
        "[spec] 16 on Mali-G31, 32 on classic PowerVR and Mali-G715, 64 on Immortalis-G720"},
-      {"tile.height", &TileSize::height, "pixels", 8, 256,
-       "Whether a tile is not rendered, and its pixels stay as they are, when its inputs have the same signature "
-       "(frame_buffer.signature_bits) as in the previous frame. Signatures are read and written in memory.",
+      {"tile.height", &TileSize::height, "pixels", 8, 256, "Height of the on-chip render area of one tile core.",
        "[spec] as tile.width"},
       {"tile.rendering_elimination", &TileSize::rendering_elimination,
        "Whether a tile is not rendered, and its pixels stay as they are, when all that it would be rendered from has "

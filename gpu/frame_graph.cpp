@@ -185,9 +185,9 @@ class FrameGraph::Reader {
     }
     for (const auto& [name, action] : pass().load)
       if (action == LoadAction::kLoad) refuse("/load" + pointer_step(name), "loads what gbuffer fills anew");
-    if (bits < tilecore::ShadingSettings::kPackedBits)
+    if (bits < tilecore::ShadingSettings::kBitsWithoutEmission)
       refuse(below, "have {} bits a sample: material and normal of a lit surface take {}", bits,
-             tilecore::ShadingSettings::kPackedBits);
+             tilecore::ShadingSettings::kBitsWithoutEmission);
     check_depth(LoadAction::kClear, StoreAction::kDiscard, "its passes move depths as their path does");
     out.name_ = pass().name;
     if (all.size() == 1) {  // a later pass lights them

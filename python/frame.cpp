@@ -80,12 +80,22 @@ py::list drawables(const Frame& frame) {
   return rows;
 }
 
-py::list traffic(const Frame& frame) {
+py::list traffic_rows(const std::vector<TrafficRow>& traffic) {
   py::list rows;
-  for (const TrafficRow& moved : frame.traffic()) {
+  for (const TrafficRow& moved : traffic) {
     rows.append(py::dict("unit"_a = moved.unit, "purpose"_a = moved.purpose, "read_bytes"_a = moved.read_bytes,
                          "written_bytes"_a = moved.written_bytes));
   }
+  return rows;
+}
+
+py::list traffic(const Frame& frame) { return traffic_rows(frame.traffic()); }
+
+py::list passes(const Frame& frame) {
+  py::list rows;
+  for (const FramePass& pass : frame.passes())
+    rows.append(py::dict("name"_a = pass.name, "begin_cycles"_a = pass.begin_cycles, "end_cycles"_a = pass.end_cycles,
+                         "counters"_a = pass.counters, "traffic"_a = traffic_rows(pass.traffic)));
   return rows;
 }
 
@@ -134,6 +144,7 @@ void add_frame(py::module_& module) {
           py::arg("eye") = "left", "(height, width) of uint32: base patch + 1; with auxiliary=True.")
       .def_property_readonly("counters", &Frame::counters, "\"unit.event\" -> count.")
       .def_property_readonly("traffic", &traffic, "Bytes over the memory interface: a dict per unit and purpose.")
+      .def_property_readonly("passes", &passes, "A dict per pass: name, begin_cycles, end_cycles, counters, traffic.")
       .def_property_readonly("timing", &timing,
                              "cycles, latency_cycles, busy_cycles, bound_by, bound_by_cycles; or None.")
       .def_property_readonly("energy", &energy, "total_nj, by_unit_nj; or None.")

@@ -93,6 +93,13 @@ class Device:
     @property
     def automatic_camera(self) -> bool: ...
 
+class FramePass(TypedDict):
+    name: str
+    begin_cycles: float
+    end_cycles: float
+    counters: dict[str, int]
+    traffic: list[dict[str, Any]]
+
 class FrameTiming(TypedDict):
     cycles: float
     latency_cycles: float
@@ -122,6 +129,8 @@ class Frame:
     def counters(self) -> dict[str, int]: ...
     @property
     def traffic(self) -> list[dict[str, Any]]: ...
+    @property
+    def passes(self) -> list[FramePass]: ...
     @property
     def timing(self) -> FrameTiming | None: ...
     @property

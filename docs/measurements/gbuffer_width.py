@@ -12,7 +12,7 @@ import os
 from shading_paths import ROOT, measured
 
 # PowerVR GX6250: ms a frame over bits of the G-buffer, beside a depth of 32 bits (Imagination's documentation).
-POWERVR_MS = {128: 21, 160: 23, 192: 24, 224: 28, 256: 29, 288: 39}
+POWERVR_MS = {96: 20, 128: 21, 160: 23, 192: 24, 224: 28, 256: 29, 288: 39}
 CAPTURES = ["city_evening", "corridor"]
 
 
@@ -20,7 +20,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--program", default=os.path.join(ROOT, "build", "release", "tessera"))
     arguments = parser.parse_args()
-    print("capture,bits,tile_bytes,spilled_bytes,ms,over_128_bits,powervr_over_128_bits", flush=True)
+    print("capture,bits,tile_bytes,spilled_bytes,ms,over_96_bits,powervr_over_96_bits", flush=True)
     for capture in CAPTURES:
         narrow = None
         for bits, powervr in POWERVR_MS.items():
@@ -32,7 +32,7 @@ def main():
             narrow = narrow or ms
             print(f"{capture},{bits},{frame['counters']['gbuffer.tile_bytes']},"
                   f"{frame['counters'].get('gbuffer.spilled_bytes', 0)},{ms:.3f},{ms / narrow:.3f},"
-                  f"{powervr / POWERVR_MS[128]:.3f}", flush=True)
+                  f"{powervr / POWERVR_MS[96]:.3f}", flush=True)
 
 
 if __name__ == "__main__":

@@ -57,6 +57,7 @@ struct TESSERA_LOCAL Frame::Content {
   const float exposure;
   std::map<std::string, std::uint64_t> counters;
   std::vector<TrafficRow> traffic;
+  std::vector<FramePass> passes;
   std::optional<FrameTiming> timing;
   std::optional<FrameEnergy> energy;
   std::optional<MachineArea> area;

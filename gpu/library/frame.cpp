@@ -86,12 +86,38 @@ const std::vector<DrawableCostDescription>& drawable_cost_descriptions() {
   return kDescriptions;
 }
 
+namespace {
+
+std::vector<TrafficRow> traffic_of(const memory::Ledger& ledger) {
+  std::vector<TrafficRow> rows;
+  for (const gpu::TrafficRow& row : gpu::traffic_rows(ledger))
+    rows.push_back({std::string(name(row.unit)), std::string(name(row.purpose)), row.traffic.read_bytes,
+                    row.traffic.written_bytes});
+  return rows;
+}
+
+std::vector<FramePass> passes_of(const gpu::FrameResult& result) {
+  std::vector<FramePass> passes;
+  for (const gpu::PassResult& of : result.passes) {
+    FramePass& pass = passes.emplace_back();
+    pass.name = of.name;
+    for (const auto& [counter, value] : gpu::counter_values(of.counters)) pass.counters.emplace(counter, value);
+    pass.traffic = traffic_of(of.counters.ledger);
+    if (!result.model) continue;
+    const std::vector<timing::PassTime>& times = result.model->timing.passes;
+    const auto time = std::ranges::find(times, of.name, &timing::PassTime::name);
+    if (time != times.end()) pass.begin_cycles = time->begin, pass.end_cycles = time->end;
+  }
+  return passes;
+}
+
+}  // namespace
+
 Frame::Content::Content(gpu::FrameResult rendered, const scene::Assembly& assembly, float display_exposure)
     : result(std::move(rendered)), exposure(display_exposure) {
   for (const auto& [name, value] : gpu::counter_values(result.counters)) counters.emplace(name, value);
-  for (const gpu::TrafficRow& row : gpu::traffic_rows(result.counters.ledger))
-    traffic.push_back({std::string(name(row.unit)), std::string(name(row.purpose)), row.traffic.read_bytes,
-                       row.traffic.written_bytes});
+  traffic = traffic_of(result.counters.ledger);
+  passes = passes_of(result);
   if (result.model) {
     const auto& machine = result.model->timing;
     timing.emplace();
@@ -155,6 +181,7 @@ ImageView<std::uint32_t> Frame::patches(Eye eye) const {
 
 const std::map<std::string, std::uint64_t>& Frame::counters() const { return content_->counters; }
 const std::vector<TrafficRow>& Frame::traffic() const { return content_->traffic; }
+const std::vector<FramePass>& Frame::passes() const { return content_->passes; }
 const std::optional<FrameTiming>& Frame::timing() const { return content_->timing; }
 const std::optional<FrameEnergy>& Frame::energy() const { return content_->energy; }
 const std::optional<MachineArea>& Frame::area() const { return content_->area; }

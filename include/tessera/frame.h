@@ -80,6 +80,16 @@ struct FrameTiming {
   double bound_by_cycles = 0;  // cycles that doubling this limit would save
 };
 
+// A pass of a frame: what it counted and moved, and when it ran. Counters of all passes add up to the frame's, but for peaks;
+// with a right eye the passes are the left eye's.
+struct FramePass {
+  std::string name;  // as in the file, or "shadow 0.1", "prepass", "main", "bloom down 0", ...
+  std::map<std::string, std::uint64_t> counters;  // as Frame::counters()
+  std::vector<TrafficRow> traffic;
+  // Cycles from the beginning of the frame; 0 both with output.machine_model=false. Passes may overlap (machine.overlap).
+  double begin_cycles = 0, end_cycles = 0;
+};
+
 // Energy of a frame on the described machine.
 struct FrameEnergy {
   double total_nj = 0;
@@ -129,6 +139,8 @@ class TESSERA_API Frame {
   // "unit.event" -> count, both eyes together. A counter whose unit did not run is absent.
   const std::map<std::string, std::uint64_t>& counters() const;
   const std::vector<TrafficRow>& traffic() const;
+  // In the order in which they began.
+  const std::vector<FramePass>& passes() const;
   // Empty with output.machine_model=false.
   const std::optional<FrameTiming>& timing() const;
   const std::optional<FrameEnergy>& energy() const;

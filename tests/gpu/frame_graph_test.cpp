@@ -365,7 +365,7 @@ struct Refused {
 
 const std::vector<Refused> kRefused = {
     {"NarrowGbuffer", [](PassGraph& g) { g.passes[0].subpasses[0].shader = PassShader::kGbuffer; },
-     "/passes/0/write: have 64 bits a sample: material and normal of a lit surface take 128"},
+     "/passes/0/write: have 64 bits a sample: material and normal of a lit surface take 96"},
     {"GbufferWithoutLight", [](PassGraph& g) { gbuffer(g, false); }, "/passes/1: runs before a pass has left colours"},
     {"GbufferLeavesOut",
      [](PassGraph& g) {

@@ -110,14 +110,16 @@ TEST(Library, TellsShadowsAndPassesAndRefusesToRenderPasses) {
   EXPECT_EQ(casting.shadows()[0].cascades, 1);
   EXPECT_EQ(casting.shadows()[0].distance, 0.0);
   settings.update(test::deferred_passes());
+  settings["passes"][0]["subpasses"][1]["input"] = {"albedo", "normal", "depth"};
   test::write_text(folder / "passes.glb", asset.glb());
   const tessera::Scene scene(folder / "passes.glb");
   EXPECT_EQ(scene.passes(), (std::vector<std::string>{"main", "bloom", "final"}));
   EXPECT_THROW(tessera::Device(scene, tessera::Gpu(), {}, small_frame()), tessera::InputError);
   EXPECT_THAT(
       message_of([&] { tessera::Device device(scene, tessera::Gpu(), {}, small_frame()); }),
-      HasSubstr("/extensions/TESSERA_capture/passes/0/subpasses/0/shader: is gbuffer: a pass that draws runs forward "
-                "on this machine"));
+      HasSubstr(
+          "/extensions/TESSERA_capture/passes/0/subpasses/1/input: is not the G-buffer and 'depth': light reads all "
+          "of it"));
 }
 
 TEST(Library, AnUnknownVariantIsWrongUsage) {
@@ -218,6 +220,30 @@ TEST(Library, CostsOfDrawablesAddUpToTheFrames) {
       }
       EXPECT_GE(compared, 7) << name;
     }
+}
+
+TEST(Library, PassesHaveNamesCountersBytesAndTimes) {
+  const tessera::Scene scene(TESSERA_SOURCE_DIR "/captures/corridor.glb");
+  const tessera::Frame frame =
+      tessera::Device(scene, tessera::Gpu("small"), tessera::Settings().set("post.bloom_levels", 2), small_frame())
+          .render(scene.first_frame());
+  std::vector<std::string> names;
+  std::uint64_t read = 0, invocations = 0;
+  double end = 0;
+  for (const tessera::FramePass& pass : frame.passes()) {
+    names.push_back(pass.name);
+    for (const tessera::TrafficRow& row : pass.traffic) read += row.read_bytes;
+    const auto shaded = pass.counters.find("tilecore.pixel_shader_invocations");
+    if (shaded != pass.counters.end()) invocations += shaded->second;
+    EXPECT_GE(pass.begin_cycles, end) << pass.name << ": without overlap passes follow each other";
+    EXPECT_GT(pass.end_cycles, pass.begin_cycles) << pass.name;
+    end = pass.end_cycles;
+  }
+  EXPECT_THAT(names, testing::ElementsAre("shadow 0.0", "shadow 1.0", "shadow 2.0", "shadow 3.0", "main",
+                                          "bloom down 0", "bloom down 1", "bloom up 0", "final"));
+  EXPECT_EQ(read, frame.counters().at("dram.read_bytes"));
+  EXPECT_EQ(invocations, frame.counters().at("tilecore.pixel_shader_invocations"));
+  EXPECT_LE(end, frame.timing()->cycles + 1);
 }
 
 // Instances of a node are one row for each primitive of its mesh.

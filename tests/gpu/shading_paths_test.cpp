@@ -486,6 +486,26 @@ TEST(ShadingPaths, WiderGbuffersCostBytesAndClocksAlone) {
   }
 }
 
+TEST(ShadingPaths, ANarrowGbufferLeavesEmissionToOneShader) {
+  Room room;
+  const auto of = [&](const char* bits) {
+    return frame_of(room.capture, {"gbuffer.layout=packed", std::string("gbuffer.bits=") + bits}, "gbuffer");
+  };
+  const auto emit = [&](float light) {
+    for (scene::Material& material : room.capture.materials) material.emissive = Vec3(light);
+  };
+  emit(0);
+  const FrameResult dark = of("96"), dark_wide = of("128");
+  EXPECT_EQ(dark.targets.color.values, dark_wide.targets.color.values);
+  EXPECT_EQ(4 * dark.counters.gbuffer.tile_bytes, 3 * dark_wide.counters.gbuffer.tile_bytes);
+  EXPECT_LT(dark.model->timing.cycles, dark_wide.model->timing.cycles);
+  EXPECT_GT(dark.counters.gbuffer.filled, 0u);
+  emit(0.25f);
+  EXPECT_EQ(of("96").counters.gbuffer.filled, 0u);
+  EXPECT_GT(of("128").counters.gbuffer.filled, 0u);
+  EXPECT_EQ(of("96").targets.color.values, frame_of(room.capture, {}, "visibility").targets.color.values);
+}
+
 TEST(ShadingPaths, AFurtherWordCostsWhatAPackedOneDoes) {
   const auto rows = hardware::shader_cost_rows();
   const auto packed = std::ranges::find(rows, "add/fill/packed", &hardware::ShaderCostRow::name);

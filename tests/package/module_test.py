@@ -187,6 +187,8 @@ class Frames(unittest.TestCase):
     def test_traffic_timing_and_energy_add_up(self):
         frame = self.frame
         self.assertEqual(sum(row["read_bytes"] for row in frame.traffic), frame.counters["dram.read_bytes"])
+        self.assertEqual([one["name"] for one in frame.passes], ["main"])
+        self.assertEqual(frame.passes[0]["counters"], frame.counters)
         self.assertAlmostEqual(sum(frame.energy["by_unit_nj"].values()) / frame.energy["total_nj"], 1)
         others = {"latency", "l2", "caches", "tile_memory", "geometry", "tilecores", "imbalance"}
         self.assertIn(frame.timing["bound_by"], set(frame.timing["busy_cycles"]) | others)

@@ -396,9 +396,11 @@ TEST(InspectCommand, SaysWhichLightsCastShadows) {
   EXPECT_EQ(shadows[2]["max_maps"], 12);
 }
 
-std::string capture_with_passes(const test::TemporaryFolder& folder) {
+std::string capture_with_passes(const test::TemporaryFolder& folder, bool fills = true) {
   test::GltfAsset asset = test::everything_asset();
-  asset.document["extensions"]["TESSERA_capture"].update(test::deferred_passes());
+  json& settings = asset.document["extensions"]["TESSERA_capture"];
+  settings.update(test::deferred_passes());
+  if (!fills) settings["passes"][0]["subpasses"][1]["input"] = {"albedo", "normal", "depth"};
   test::write_text(folder / "passes.glb", asset.glb());
   return (folder / "passes.glb").string();
 }
@@ -433,17 +435,30 @@ TEST(InspectCommand, ShowsPassesAndAttachments) {
 
 TEST(ReplayCommand, RefusesPassesThatTheMachineDoesNotRender) {
   const test::TemporaryFolder folder;
-  const std::string file = capture_with_passes(folder);
+  const std::string file = capture_with_passes(folder, false);
   const fs::path out = folder / "out";
   for (const char* command : {"replay", "tradeoff", "view"}) {
     const ProcessResult r = run_tessera({command, file, "--size", "32x18", "--out", out.string()});
     EXPECT_EQ(r.status, 3) << command;
-    EXPECT_EQ(r.errors, "tessera: " + file +
-                            ": /extensions/TESSERA_capture/passes/0/subpasses/0/shader: is gbuffer: a pass that draws "
-                            "runs forward on this machine\n")
+    EXPECT_EQ(r.errors,
+              "tessera: " + file +
+                  ": /extensions/TESSERA_capture/passes/0/subpasses/1/input: is not the G-buffer and 'depth': light "
+                  "reads all of it\n")
         << command;
     EXPECT_TRUE(files_in(out).empty()) << command;
   }
+}
+
+TEST(ReplayCommand, RendersAGbufferThatACaptureDescribes) {
+  const test::TemporaryFolder folder;
+  const std::string file = capture_with_passes(folder);
+  const fs::path out = folder / "out";
+  const ProcessResult r = run_tessera({"replay", file, "--size", "32x18", "--no-report", "--out", out.string()});
+  ASSERT_EQ(r.status, 0) << r.errors;
+  const json stats = json::parse(test::read_text(out / "stats.json"));
+  EXPECT_EQ(stats["settings"]["shading.path"], "gbuffer");
+  EXPECT_EQ(stats["settings"]["gbuffer.bits"], 96);
+  EXPECT_EQ(stats["frames"][0]["passes"].back()["name"], "final");
 }
 
 TEST(ReplayCommand, RendersPassesThatACaptureDescribes) {

@@ -160,7 +160,8 @@ class DeferredShader {
   void light_warps(const TileJob& job);
   void count_warps();
   static PixelShader::Halves halves_of(const TileJob& job) {
-    return {job.shading.layout, job.shading.path == ShadingPath::kGbufferExternal, job.shading.further_words()};
+    return {job.shading.layout, job.shading.path == ShadingPath::kGbufferExternal, job.shading.further_words(),
+            job.shading.keeps_emission()};
   }
   void color_samples(const TileJob& job, const TileSamples& samples);
   void blend_layers(const TileJob& job, const TileState& state);

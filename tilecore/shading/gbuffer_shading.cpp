@@ -29,9 +29,11 @@ bool is_blended(const scene::PosedDrawable& drawable) {
   return drawable.material->alpha_mode == scene::AlphaMode::kBlend;
 }
 
-// Clocks of a lane to write or read the words behind the packed values.
-std::uint32_t further_clocks(const PixelShader::Halves& halves) {
-  return static_cast<std::uint32_t>(halves.further_words) * kGbufferWordClocks;
+// Adds the clocks of a lane to write or read the words that a sample has beyond the packed values, or subtracts the clocks of
+// the word that it lacks.
+void add_words(const PixelShader::Halves& halves, timing::WarpItem& item) {
+  const std::int64_t clocks = item.clocks + std::int64_t{halves.further_words} * kGbufferWordClocks;
+  item.clocks = static_cast<std::uint32_t>(std::max<std::int64_t>(clocks, 0));
 }
 
 // Rounds the material and the normal of lane `lane` as the packed layout does.
@@ -44,9 +46,10 @@ void round_packed(const GbufferArrays& planes, std::size_t lane) {
 
 }  // namespace
 
-bool fills_gbuffer(const scene::PosedDrawable& drawable) {
+bool fills_gbuffer(const scene::PosedDrawable& drawable, const PixelShader::Halves& halves) {
   const scene::Material& material = *drawable.material;
-  return drawable.procedure == nullptr && !material.unlit && !material.effects.any() && !is_blended(drawable);
+  const bool fits = halves.emission || material.emissive == Vec3(0.0f);
+  return fits && drawable.procedure == nullptr && !material.unlit && !material.effects.any() && !is_blended(drawable);
 }
 
 timing::WarpItem fill_warp_item(const FrameGeometry& frame, const scene::PosedDrawable& drawable, bool quads,
@@ -86,7 +89,7 @@ void PixelShader::fill(const FrameGeometry& shutter, const Lighting& lighting, s
   planes_.resize(Planes::kAll * invocations.size());
   batch_planes_.resize(Planes::kAll * kBatch);
   for_each_draw(shutter, invocations, warp_lanes, [&](const Draw& draw) {
-    if (fills_gbuffer(draw.drawable))
+    if (fills_gbuffer(draw.drawable, halves))
       fill_draw_of(shutter, lighting, invocations, draw, textures, warp_lanes, halves);
     else if (!is_blended(draw.drawable))
       shade_draw_of(shutter, lighting, invocations, draw, points, textures, warp_lanes);
@@ -100,7 +103,7 @@ void PixelShader::fill_draw_of(const FrameGeometry& shutter, const Lighting& lig
   const std::uint32_t heights = count_surface(of, textures != nullptr);
   timing::WarpItem item =
       keep_warps_ ? fill_warp_item(of.frame, of.drawable, of.quads, halves.layout) : timing::WarpItem();
-  item.clocks += further_clocks(halves);
+  add_words(halves, item);
   item.texels = heights;  // of a lane
   if (of.interpolates && !listed_) take_vertices(invocations, of, textures != nullptr, warp_lanes);
   DrawConstants draw =
@@ -133,7 +136,7 @@ void PixelShader::light(const FrameGeometry& shutter, const Lighting& lighting, 
   if (textures != nullptr && !textures->active()) textures = nullptr;
   std::vector<Stream> streams;
   for_each_draw(shutter, invocations, warp_lanes, [&](const Draw& draw) {
-    if (fills_gbuffer(draw.drawable)) add_to_stream(draw, halves, streams);
+    if (fills_gbuffer(draw.drawable, halves)) add_to_stream(draw, halves, streams);
   });
   for (const Stream& stream : streams)
     light_stream(shutter, lighting, invocations, stream, points, textures, warp_lanes, halves);
@@ -173,7 +176,7 @@ void PixelShader::light_stream(const FrameGeometry& shutter, const Lighting& lig
   timing::WarpItem item =
       keep_warps_ ? light_warp_item(frame, drawable, lighting, halves.layout, evaluates, listed_ ? &numbers : nullptr)
                   : timing::WarpItem();
-  item.clocks += further_clocks(halves);
+  add_words(halves, item);
   if (evaluates && textures != nullptr) item.texels = height_lookups(drawable);
   surface_work_.height_lookups += order.size() * item.texels;
   DrawConstants draw =

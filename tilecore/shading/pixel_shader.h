@@ -94,6 +94,7 @@ class PixelShader {
     GbufferLayout layout = GbufferLayout::kExact;
     bool stored = false;
     int further_words = 0;  // ShadingSettings::further_words()
+    bool emission = true;   // ShadingSettings::keeps_emission()
   };
   void fill(const scene::FrameGeometry& frame, const Lighting& lighting, std::span<const Invocation> invocations,
             std::span<ShadedPoint> points, TextureUnit* textures, std::size_t warp_lanes, const Vec3* axis,
@@ -291,7 +292,7 @@ timing::WarpItem light_warp_item(const scene::FrameGeometry& frame, const scene:
                                  const std::span<const std::uint32_t>* listed);
 
 // Whether invocations on a drawable fill the G-buffer: all others have one shader.
-bool fills_gbuffer(const scene::PosedDrawable& drawable);
+bool fills_gbuffer(const scene::PosedDrawable& drawable, const PixelShader::Halves& halves);
 
 // The same for vertices that pixels of the drawable interpolate.
 timing::WarpItem vertex_warp_item(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable);

@@ -41,9 +41,11 @@ Keys<ShadingSettings> shading_keys() {
        "Contents of a sample of the G-buffer: 64 bytes, and images have the bits of shading.path=visibility (exact), "
        "or "
        "16 bytes, which round base colour, normal, metalness, roughness, occlusion and emission (packed)."},
-      {"gbuffer.bits", &S::gbuffer_bits, "bits", S::kPackedBits, 1024,
+      {"gbuffer.bits", &S::gbuffer_bits, "bits", S::kBitsWithoutEmission, 1024,
        "With gbuffer.layout=packed: bits of a sample of the G-buffer, a multiple of 32. Bits beyond 128 are written, "
-       "kept, moved and read like the others, and light nothing."},
+       "kept, moved and read like the others, and light nothing. With 96 it has no emission: surfaces that emit have "
+       "one "
+       "shader, as unlit ones do."},
   };
 }
 

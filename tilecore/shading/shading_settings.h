@@ -66,7 +66,8 @@ struct ShadingSettings {
   GbufferLayout layout = GbufferLayout::kExact;
   int gbuffer_bits = kPackedBits;  // of a sample of the packed G-buffer: a multiple of 32
 
-  static constexpr int kPackedBits = 128;  // that the packed values take
+  // Bits that the packed values take, and without emission, which surfaces that emit then shade forward.
+  static constexpr int kPackedBits = 128, kBitsWithoutEmission = 96;
 
   bool has_gbuffer() const { return path == ShadingPath::kGbuffer || path == ShadingPath::kGbufferExternal; }
   // Bytes of a sample of the G-buffer; 0: there is none.
@@ -74,7 +75,8 @@ struct ShadingSettings {
     if (!has_gbuffer()) return 0;
     return layout == GbufferLayout::kExact ? 64 : static_cast<std::uint64_t>(gbuffer_bits / 8);
   }
-  // Words of 32 bits of a packed sample behind its values.
+  bool keeps_emission() const { return layout == GbufferLayout::kExact || gbuffer_bits >= kPackedBits; }
+  // Words of 32 bits of a packed sample behind its values; -1: it lacks the one of emission.
   int further_words() const { return layout == GbufferLayout::kExact ? 0 : (gbuffer_bits - kPackedBits) / 32; }
 };
 Keys<ShadingSettings> shading_keys();

@@ -29,9 +29,7 @@ END {
     print bars()
   }
   if (table == "ranges") exit
-  show("1 layer", "1,yes,0,32"); show("4 layers", "4,yes,0,32"); if (table == "traffic") show("16 layers", "16,yes,0,32")
-  if (table == "traffic") show("blur 8", "4,yes,8,32")
-  show("blur 32", "4,yes,32,32")
-  if (table != "traffic") exit
+  show("1 layer", "1,yes,0,32"); show("1 layer, blur 8", "1,yes,8,32"); show("1 layer, blur 32", "1,yes,32,32")
+  show("4 layers", "4,yes,0,32"); show("16 layers", "16,yes,0,32"); show("blur 8", "4,yes,8,32"); show("blur 32", "4,yes,32,32")
   show("plain", "4,no,0,32"); show("tiles 16", "4,yes,0,16"); show("tiles 64", "4,yes,0,64")
 }
