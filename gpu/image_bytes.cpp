@@ -24,8 +24,10 @@ std::uint64_t image_bytes(const RenderRequest& request, const RunSettings& setti
   const bool blooms = graph && std::ranges::any_of(graph->passes, [](const scene::Pass& pass) {
                         return pass.subpasses[0].shader == scene::PassShader::kBloom;
                       });
+  // The colours that signatures of attachments stand for.
+  const std::uint64_t stored = gpu.frame_buffer.transaction_elimination && graph ? 16 * graph->attachments.size() : 0;
   return static_cast<std::uint64_t>(request.region.width()) * static_cast<std::uint64_t>(request.region.height()) *
-         (per_pixel * (stereo ? 2 : 1) + (transmits ? 16u : 0u) + (blooms ? 16u : 0u) + depths);
+         ((per_pixel + stored) * (stereo ? 2 : 1) + (transmits ? 16u : 0u) + (blooms ? 16u : 0u) + depths);
 }
 
 }  // namespace tessera::gpu
