@@ -104,12 +104,12 @@ PassGraph lit_apart(AttachmentFormat format) {
   return graph;
 }
 
-struct Run {
+struct Asked {
   std::vector<int> frames{0};
   int width = kWidth, height = kHeight;
   bool record_accesses = false;
 };
-std::vector<FrameResult> frames_of(Capture capture, const PassGraph& graph, const Keys& keys, const Run& run = {}) {
+std::vector<FrameResult> frames_of(Capture capture, const PassGraph& graph, const Keys& keys, const Asked& run = {}) {
   RunSettings settings;
   GpuConfiguration gpu;
   for (const char* key : {"tile.width=16", "tile.height=16", "frame_buffer.compression=none"})
@@ -146,7 +146,7 @@ TEST(AttachmentStorage, AnAttachmentOfOneColorTakesABurstABlock) {
     for (const AttachmentFormat format : kFormats) {
       const int rows = format == AttachmentFormat::kRgba16F ? 4 : 8;
       const auto blocks = static_cast<std::uint64_t>((width + 7) / 8 * ((height + rows - 1) / rows));
-      const Run run{{0}, width, height};
+      const Asked run{{0}, width, height};
       const FrameResult found = std::move(frames_of(nothing(), by_way_of(format), {kCompressed}, run).front());
       EXPECT_EQ(stored(found.counters), 64 * blocks + bursts(blocks));
       EXPECT_EQ(loaded(found.counters), stored(found.counters));
@@ -218,7 +218,7 @@ std::array<std::map<std::uint64_t, int>, 2> bursts_moved(const FrameResult& fram
 TEST(AttachmentStorage, EveryBurstIsWrittenOnceAndReadOnce) {  // AST2
   for (const std::string& key : {kRaw, kCompressed})
     for (const auto& [width, height] : {std::pair{kWidth, kHeight}, {100, 70}}) {
-      const Run run{{0}, width, height, true};
+      const Asked run{{0}, width, height, true};
       const FrameResult found =
           std::move(frames_of(squares(true, false), by_way_of(AttachmentFormat::kRgba16F, 2), {key}, run).front());
       const auto [written, read] = bursts_moved(found);
@@ -334,7 +334,7 @@ TEST(AttachmentStorage, AChangedTileIsStoredAgain) {  // AST1, AST3
 TEST(AttachmentStorage, ASignatureThatMatchesWronglyShows) {
   for (Stored& kind : kinds_of_storage()) {
     Keys keys = kind.keys;
-    const Run run{{0, 1, 2, 3, 4, 5, 6, 7}};
+    const Asked run{{0, 1, 2, 3, 4, 5, 6, 7}};
     const auto plain = frames_of(squares(true, true), kind.graph, keys, run);
     keys.insert(keys.end(), {kTransactions, "frame_buffer.signature_bits=4"});
     const auto found = frames_of(squares(true, true), kind.graph, keys, run);
