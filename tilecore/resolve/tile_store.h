@@ -161,7 +161,7 @@ inline constexpr auto kCounterFields<tilecore::StoreCounters> = std::to_array<Co
      "Finished pixels that were tone-mapped and coded for a frame buffer, or an attachment, of rgba8 or rgb10a2.", ""},
     {"resolve.pixels_compressed", &tilecore::StoreCounters::pixels_compressed, Combine::kSum, "pixels",
      "Pixels of blocks of the frame buffer, or of attachments of passes, that were compressed and written.", ""},
-    {"resolve.pixels_loaded_compressed", &tilecore::StoreCounters::pixels_decompressed, Combine::kSum, "pixels",
+    {"resolve.pixels_decompressed", &tilecore::StoreCounters::pixels_decompressed, Combine::kSum, "pixels",
      "Pixels of blocks that passes of a capture loaded and decompressed.", ""},
 });
 TESSERA_COUNTERS_COVER(tilecore::StoreCounters);
