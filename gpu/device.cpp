@@ -316,6 +316,7 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, ViewS
     eye.payloads.resize(tilecore::TileStore::header_bytes(job.store, request_.region) / tilecore::kBlockHeaderBytes);
     job.store.payloads = &eye.payloads;
   }
+  job.attachments = eye.attachments.begin(gpu_, graph_.attachments(), grid, frame);
   ViewRun run{gpu_,
               job,
               recorder,
@@ -349,6 +350,7 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, ViewS
     }
   }
   if (eliminates(gpu_)) end_elimination(eye, result);
+  eye.attachments.end(frame);
   if (guesses) {
     last_depth_ = std::exchange(result.targets.coarse_depth, {});
     last_frame_ = frame;

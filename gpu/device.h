@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/rect.h"
+#include "gpu/attachment_stores.h"
 #include "gpu/configuration.h"
 #include "gpu/displacement_memory.h"
 #include "gpu/frame_graph.h"
@@ -99,6 +100,7 @@ class Device {
     tilecore::StoredFrame stored{};
     InputSignatures inputs{};
     std::vector<std::uint16_t> payloads{};  // FrameStore::payloads
+    AttachmentStores attachments{};
     std::optional<int> kept{};
     TaaHistory taa{};
   };

@@ -10,6 +10,7 @@
 #include "base/error.h"
 #include "base/json_text.h"
 #include "base/round_up.h"
+#include "gpu/attachment_stores.h"
 #include "gpu/tile_memory.h"
 #include "gpu/view_inputs.h"
 #include "scene/pass_graph.h"
@@ -63,6 +64,7 @@ class FrameGraph::Reader {
         gpu_(gpu),
         settings_(settings),
         frame_(frame),
+        region_(region),
         whole_(region == IntRect{0, 0, frame[0], frame[1]}),
         pixels_(static_cast<std::uint64_t>(region.width()) * static_cast<std::uint64_t>(region.height())) {}
 
@@ -517,15 +519,19 @@ class FrameGraph::Reader {
                       in_quotes(pass().name), in_quotes(colors_)));
     const tilecore::PixelCoder coder(*color_format(declared->format), frame_exposure(capture_, settings_));
     last_ = tilecore::ColorAttachment{coder, 0, several ? settings_.sampling.samples_per_pixel : 1};
-    last_->base = place(last_->pixel_bytes());
+    last_->number = attachment_count_++;
+    const tilecore::FrameStore store = attachment_store(gpu_, *last_);
+    last_->base =
+        store.compressed ? place_bytes(tilecore::TileStore::frame_bytes(store, region_)) : place(last_->pixel_bytes());
     actions.color = last_;
     return actions;
   }
 
   // Returns the base of an attachment with so many bytes a pixel, behind the earlier ones.
-  std::uint64_t place(std::uint64_t pixel_bytes) {
+  std::uint64_t place(std::uint64_t pixel_bytes) { return place_bytes(pixels_ * pixel_bytes); }
+  std::uint64_t place_bytes(std::uint64_t bytes) {
     const auto burst = static_cast<std::uint64_t>(gpu_.memory.burst_bytes);
-    return std::exchange(end_, end_ + round_up(pixels_ * pixel_bytes, burst));
+    return std::exchange(end_, end_ + round_up(bytes, burst));
   }
 
   [[noreturn]] void refuse_shader(std::size_t number, std::string_view rule) const {
@@ -538,16 +544,26 @@ class FrameGraph::Reader {
   const GpuConfiguration& gpu_;
   const RunSettings& settings_;
   std::array<int, 2> frame_;
+  IntRect region_;
   bool whole_;        // all of the frame is rendered
   std::string glow_;  // attachment that a bloom fills; empty: none has run
   bool antialiased_ = false;
   std::uint64_t pixels_, end_ = 0;
+  int attachment_count_ = 0;  // attachments of colours so far
   std::size_t pass_ = 0;
   bool prepass_ = false;                           // a pass of depths has run
   std::vector<std::string> parameters_;            // attachments of a G-buffer that is not lit yet
   std::string colors_;                             // attachment of the last pass that drew; empty: none has drawn
   std::optional<tilecore::ColorAttachment> last_;  // nullopt: the last pass wrote the frame
 };
+
+std::vector<tilecore::ColorAttachment> FrameGraph::attachments() const {
+  std::vector<tilecore::ColorAttachment> all;
+  if (actions_.color) all.push_back(*actions_.color);
+  for (const CopyPass& copy : copies_)
+    if (copy.actions.color) all.push_back(*copy.actions.color);
+  return all;
+}
 
 bool FrameGraph::loads_frame() const {
   const auto loads = [](const tilecore::AttachmentActions& actions) { return actions.load_color && !actions.color; };

@@ -36,7 +36,8 @@ struct CopyPass {
 //   GRA1  A pass that draws into the frame and overrides nothing gives the images, bytes and cycles of a capture without
 //         passes.
 //   GRA2  Loads and stores that a capture asks for change bytes and cycles alone.
-//   GRA3  An attachment that is loaded or stored moves width x height x bytes of a pixel, rounded up to bursts as a whole.
+//   GRA3  An attachment that is loaded or stored raw moves width x height x bytes of a pixel, rounded up to bursts as a whole;
+//         a compressed one (frame_buffer.compression) moves its blocks and headers as a frame buffer of its format does.
 //         `frame` moves the bursts in which the rows or, compressed, the blocks of a tile lie, as they are in memory.
 //   GRA4  A tone map in the last subpass of the drawing pass moves nothing: a capture without passes has the same image,
 //         bytes and cycles.
@@ -64,6 +65,8 @@ class FrameGraph {
   const Taa* taa() const { return taa_ ? &*taa_ : nullptr; }
   // The bloom, between these and the copies; nullptr if there is none.
   const Bloom* bloom() const { return bloom_ ? &*bloom_ : nullptr; }
+  // Attachments of colours that passes store, by number (ColorAttachment::number).
+  std::vector<tilecore::ColorAttachment> attachments() const;
   // Whether a pass loads the previous frame from the frame buffer.
   bool loads_frame() const;
   // Memory that attachments take; what else lies with them begins behind it.

@@ -27,8 +27,10 @@ std::uint64_t image_bytes(const RenderRequest& request, const RunSettings& setti
   };
   // A history, the next one, velocities and depths.
   const unsigned histories = antialiases(capture, settings) ? 16 + 16 + 8 + 4 : 0;
+  // The colours that signatures of attachments stand for.
+  const std::uint64_t stored = gpu.frame_buffer.transaction_elimination && graph ? 16 * graph->attachments.size() : 0;
   return static_cast<std::uint64_t>(request.region.width()) * static_cast<std::uint64_t>(request.region.height()) *
-         ((per_pixel + histories) * (stereo ? 2 : 1) + (transmits ? 16u : 0u) +
+         ((per_pixel + histories + stored) * (stereo ? 2 : 1) + (transmits ? 16u : 0u) +
           (runs(scene::PassShader::kBloom) ? 16u : 0u) + depths);
 }
 

@@ -25,8 +25,8 @@ inline bool eliminates(const GpuConfiguration& gpu) {
   return gpu.tile.rendering_elimination || gpu.frame_buffer.transaction_elimination;
 }
 
-// Layout of the signatures of tiles in their memory: of colours, of the inputs of even frames, and of the inputs of odd
-// frames.
+// Layout of the signatures of tiles in their memory: of colours, of the inputs of even frames, of the inputs of odd frames,
+// and of the colours in each attachment.
 struct SignatureMemory {
   std::uint64_t array_bytes;  // whole bursts
 
@@ -34,7 +34,8 @@ struct SignatureMemory {
       : array_bytes(round_up(tiles * signature_bytes, burst_bytes)) {}
   std::uint64_t of_colors() const { return 0; }
   std::uint64_t of_inputs(int frame) const { return array_bytes * (1 + static_cast<std::uint64_t>(frame & 1)); }
-  std::uint64_t bytes() const { return 3 * array_bytes; }
+  std::uint64_t of_attachment(int number) const { return array_bytes * (3 + static_cast<std::uint64_t>(number)); }
+  std::uint64_t bytes(int attachments = 0) const { return of_attachment(attachments); }
 };
 
 // Rendering elimination (Anglada et al. 2019): signatures of the inputs of each tile of a view, from frame to frame.

@@ -81,8 +81,7 @@ void TileScheduler::render_tile(Round& round, std::size_t t) {
     state.depths_alone = round.pass.depths_only;
     if (!prepass_.empty() && !round.pass.depths_only && shared.began)
       state.hide_behind(prepass_[t], job.grid->pixels(tile).width(), job.pattern->samples_per_pixel());
-    if (shared.began && !round.pass.depths_only && !stores_gbuffer() && job.actions.load_color && !job.actions.color)
-      core.load_frame(job, tile);
+    if (shared.began && !round.pass.depths_only && !stores_gbuffer()) core.load_colors(job, tile, job.actions);
     if (state.started) core.load_state(job, state);
     if (run_.record != nullptr)
       for (const binner::ListEntry& entry : entries) {
@@ -146,12 +145,12 @@ SignatureMemory TileScheduler::signature_memory() const {
   return {binner_.grid().tile_count(), run_.job.store.signature_bytes(), run_.job.burst_bytes()};
 }
 
-void TileScheduler::share_signatures(WorkRecorder::Round& round, std::span<const SharedRequests> tiles) {
+void TileScheduler::share_signatures(WorkRecorder::Round& round, std::span<const SharedRequests> tiles,
+                                     const tilecore::FrameStore& store, std::uint64_t place) {
   using memory::Purpose;
   using memory::Unit;
-  const tilecore::FrameStore& store = run_.job.store;
   if (store.before == nullptr) return;
-  const std::uint64_t place = signature_memory().of_colors(), bytes = store.signature_bytes();
+  const std::uint64_t bytes = store.signature_bytes();
   TileArray before{Unit::kResolve, Purpose::kSignatures, false, place},
       now{Unit::kResolve, Purpose::kSignatures, true, place};
   std::uint64_t offset = 0;
@@ -166,8 +165,22 @@ void TileScheduler::share_signatures(WorkRecorder::Round& round, std::span<const
 
 void TileScheduler::load(WorkRecorder::Round& round, std::span<const SharedRequests> tiles,
                          const tilecore::ColorAttachment& attachment) {
-  this->tiles().move(round, {memory::Unit::kTilecore, memory::Purpose::kAttachment, false, attachment.base},
-                     bytes_of(attachment.pixel_bytes()), [&](binner::TileIndex tile) { return tiles[tile].began; });
+  move_attachment(round, tiles, attachment, false);
+}
+
+void TileScheduler::move_attachment(WorkRecorder::Round& round, std::span<const SharedRequests> tiles,
+                                    const tilecore::ColorAttachment& attachment, bool write) {
+  TileArray array{write ? memory::Unit::kResolve : memory::Unit::kTilecore, memory::Purpose::kAttachment, write,
+                  attachment.base};
+  const auto moves = [&](binner::TileIndex tile) { return write ? tiles[tile].stored : tiles[tile].began; };
+  const tilecore::FrameStore* const store = run_.job.store_of(attachment);
+  if (store == nullptr || !store->compressed) {
+    this->tiles().move(round, array, bytes_of(attachment.pixel_bytes()), moves);
+    return;
+  }
+  array.base += tilecore::TileStore::header_offset(*store, binner_.grid().region());
+  this->tiles().move(
+      round, array, [&](IntRect pixels) { return tilecore::TileStore::header_bytes(*store, pixels); }, moves);
 }
 
 void TileScheduler::share_stores(WorkRecorder::Round& round, std::span<const SharedRequests> tiles,
@@ -178,9 +191,10 @@ void TileScheduler::share_stores(WorkRecorder::Round& round, std::span<const Sha
   const auto finished = [&](binner::TileIndex tile) { return tiles[tile].finished; };
   const OrderedTiles all = this->tiles();
   if (actions.color) {
-    const auto bytes = bytes_of(actions.color->pixel_bytes());
     if (actions.load_color) load(round, tiles, *actions.color);
-    all.move(round, {Unit::kResolve, Purpose::kAttachment, true, actions.color->base}, bytes, finished);
+    move_attachment(round, tiles, *actions.color, true);
+    if (const tilecore::FrameStore* const store = run_.job.store_of(*actions.color))
+      share_signatures(round, tiles, *store, signature_memory().of_attachment(actions.color->number));
   } else {
     const tilecore::FrameStore& store = run_.job.store;
     const std::uint64_t place = tilecore::TileStore::header_offset(store, binner_.grid().region());
@@ -188,7 +202,7 @@ void TileScheduler::share_stores(WorkRecorder::Round& round, std::span<const Sha
     if (actions.load_color) all.move(round, {Unit::kTilecore, Purpose::kFrameBuffer, false, place}, bytes, began);
     all.move(round, {Unit::kResolve, Purpose::kFrameBuffer, true, place}, bytes,
              [&](binner::TileIndex tile) { return tiles[tile].stored; });
-    share_signatures(round, tiles);
+    share_signatures(round, tiles, store, signature_memory().of_colors());
   }
   if (actions.depth_bytes > 0)
     all.move(round, {Unit::kResolve, Purpose::kAttachment, true, actions.depth_base}, bytes_of(actions.depth_bytes),
@@ -306,6 +320,8 @@ void TileScheduler::render(const ImagePass& pass) {
     if (pass.copy != nullptr && !unchanged_.empty() && unchanged_[t]) return;
     tilecore::TileCore& core = cores_.local();
     WorkRecorder::Tile work = round.tile(t, core);
+    if (pass.copy != nullptr) core.load_attachment(run_.job, static_cast<binner::TileIndex>(t), pass.copy->source);
+    if (pass.loads != nullptr) core.load_attachment(run_.job, static_cast<binner::TileIndex>(t), *pass.loads);
     pass.work(core, static_cast<binner::TileIndex>(t));
     tilecore::TileResult result = core.take_result();
     shared[t].began = pass.copy != nullptr || pass.loads != nullptr;
@@ -330,6 +346,7 @@ void TileScheduler::light_tile(std::size_t t, tilecore::TileState& state) {
   Lit& lit = lit_[t];
   lit.there = true;
   if (run_.recorder.binner_log() != nullptr) core.record_accesses(&lit.log);
+  core.load_colors(run_.job, static_cast<binner::TileIndex>(t), run_.job.actions);
   core.light(run_.job, static_cast<binner::TileIndex>(t), state, run_.result.targets);
   lit.result = core.take_result();
 }

@@ -137,11 +137,15 @@ class TileScheduler {
   SignatureMemory signature_memory() const;
   // Shares the flags of a shadow map's tiles.
   void share_flags(Round& round);
-  // Charges the tiles of an ended pass for storing attachments and, if they store the frame, for its headers and for
-  // signatures of its colours.
+  // Charges the tiles of an ended pass for storing attachments, for headers and for signatures of colours.
   void share_stores(WorkRecorder::Round& round, std::span<const SharedRequests> tiles,
                     const tilecore::AttachmentActions& actions);
-  void share_signatures(WorkRecorder::Round& round, std::span<const SharedRequests> tiles);
+  // `place`: of the signatures that belong to `store`.
+  void share_signatures(WorkRecorder::Round& round, std::span<const SharedRequests> tiles,
+                        const tilecore::FrameStore& store, std::uint64_t place);
+  // Charges tiles for pixels of an attachment or, if it is compressed, for its headers: that began, or that stored.
+  void move_attachment(WorkRecorder::Round& round, std::span<const SharedRequests> tiles,
+                       const tilecore::ColorAttachment& attachment, bool write);
   // Charges the tiles that began for loading an attachment.
   void load(WorkRecorder::Round& round, std::span<const SharedRequests> tiles,
             const tilecore::ColorAttachment& attachment);

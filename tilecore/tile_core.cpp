@@ -639,7 +639,9 @@ void TileCore::finish(const TileJob& job, binner::TileIndex tile, TileState& sta
 void TileCore::resolve_samples(const TileJob& job, const IntRect& pixels, FrameTargets& targets) {
   if (job.actions.color && job.actions.color->samples > 1) {
     TESSERA_CHECK(job.actions.color->samples == samples_.spp, "an attachment keeps all samples of a pixel");
-    store_.round(job.actions.color->coder, shader_.color(), shader_.coverage());
+    const FrameStore* const how = job.store_of(*job.actions.color);
+    store_.round(job.actions.color->coder, shader_.color(), shader_.coverage(),
+                 how != nullptr && how->before != nullptr);
     result_.single_samples += single_samples(pixels, samples_.spp);
   }
   resolve_multisample(
@@ -663,7 +665,11 @@ void TileCore::store_colors(const TileJob& job, binner::TileIndex tile, const At
                             FrameTargets& targets) {
   TileStore::Tile whole{tile, job.grid->pixels(tile), targets.region, job.burst_bytes(), open};
   if (actions.color) {
-    if (actions.color->samples == 1) store_.round(actions.color->coder, whole, targets.color);
+    result_.stored = true;
+    if (const FrameStore* const how = job.store_of(*actions.color))
+      result_.stored = store_.store_attachment(*how, whole, targets.color, result_.ledger).written;
+    else if (actions.color->samples == 1)
+      store_.round(actions.color->coder, whole, targets.color);
     return;
   }
   if (job.resolve != nullptr) {
@@ -675,14 +681,21 @@ void TileCore::store_colors(const TileJob& job, binner::TileIndex tile, const At
   result_.stored = stored.written;
 }
 
-void TileCore::load_frame(const TileJob& job, binner::TileIndex tile) {
+void TileCore::load_colors(const TileJob& job, binner::TileIndex tile, const AttachmentActions& actions) {
+  if (!actions.load_color) return;
+  if (actions.color) return load_attachment(job, tile, *actions.color);
   store_.load(job.store, {tile, job.grid->pixels(tile), job.grid->region(), job.burst_bytes()}, result_.ledger);
+}
+
+void TileCore::load_attachment(const TileJob& job, binner::TileIndex tile, const ColorAttachment& attachment) {
+  if (const FrameStore* const how = job.store_of(attachment))
+    store_.load(*how, {tile, job.grid->pixels(tile), job.grid->region(), job.burst_bytes()}, result_.ledger);
 }
 
 void TileCore::copy(const TileJob& job, binner::TileIndex tile, int samples, const AttachmentActions& actions,
                     FrameTargets& targets) {
   result_.single_samples += single_samples(job.grid->pixels(tile), samples);
-  if (actions.load_color && !actions.color) load_frame(job, tile);
+  load_colors(job, tile, actions);
   store_colors(job, tile, actions, false, targets);
 }
 

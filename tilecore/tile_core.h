@@ -58,8 +58,10 @@ class TileCore {
   // Charges the tile for its part of the smaller levels of job.scene_color.
   void count_reduced(const TileJob& job, binner::TileIndex tile);
 
-  // Charges the traffic of loading the frame buffer's content, without its headers.
-  void load_frame(const TileJob& job, binner::TileIndex tile);
+  // Charge the traffic of a tile that loads the present colours at the place of its store, if `actions` load them, or an
+  // attachment. The recorder charges headers, and raw pixels of attachments.
+  void load_colors(const TileJob& job, binner::TileIndex tile, const AttachmentActions& actions);
+  void load_attachment(const TileJob& job, binner::TileIndex tile, const ColorAttachment& attachment);
   // Stores the finished colours of a tile again; `actions`: of a pass that copies them; `samples`: of each pixel that it loads
   // and resolves.
   void copy(const TileJob& job, binner::TileIndex tile, int samples, const AttachmentActions& actions,

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 
 #include "base/vec.h"
 #include "binner/tile_grid.h"
@@ -51,6 +52,7 @@ struct TileJob {
   FrameStore store;                               // storage of finished pixels
   AttachmentActions actions;                      // loads of tiles before they draw, and their stores
   VelocityAttachment* velocities = nullptr;       // that finished tiles fill; nullptr: no pass reads velocities
+  std::span<const FrameStore> attachments;        // storage of attachments of colours, by number
   ResolveFrame* resolve = nullptr;                // desampling; nullptr: every pixel is shaded
   shaders::RadianceImage* scene_color = nullptr;  // lighting.behind's image, to be filled; nullptr: nothing transmits
   // A pass that draws depths alone, one sample a texel, stores them here and shades nothing. nullptr: colours are made.
@@ -63,6 +65,10 @@ struct TileJob {
   std::uint64_t burst_bytes() const { return static_cast<std::uint64_t>(machine->memory.burst_bytes); }
   std::uint64_t line_bytes() const { return static_cast<std::uint64_t>(machine->line_bytes()); }
   std::size_t warp_lanes() const { return static_cast<std::size_t>(machine->shader.warp_lanes); }
+  // Storage of an attachment; nullptr: it is stored raw, and all of it.
+  const FrameStore* store_of(const ColorAttachment& attachment) const {
+    return attachment.number < 0 ? nullptr : &attachments[static_cast<std::size_t>(attachment.number)];
+  }
   std::size_t blend_layers() const { return static_cast<std::size_t>(core.blend_layers); }
 
  private:

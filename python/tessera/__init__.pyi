@@ -57,8 +57,8 @@ class GpuKeys(TypedDict, total=False):
     shading_cache__entries: int  # 1 to 1.04858e+06 cells. With shading.rate=cache: shaded cells that a tile core keeps on chip, 24 bytes each, in an LRU cache.
     memory__burst_bytes: int  # 16 to 256 bytes. Smallest amount the external memory interface moves: 16, 32, 64, 128 or 256.
     frame_buffer__format: Literal["rgba8", "rgb10a2", "rgba16f"]  # Format of finished pixels in memory: sRGB codes of 8 or 10 bits, 4 bytes a pixel, of light times exposure that the store tone-maps; or half floats of linear light, 8 bytes a pixel. EXR files keep the light from before the store, PNG files show rgba8.
-    frame_buffer__compression: Literal["none", "lossless"]  # Whether tile cores compress finished pixels on their way to memory, in blocks of 256 bytes; saves traffic, not room.
-    frame_buffer__transaction_elimination: bool  # Whether tile cores leave a tile's pixels unwritten when their signature equals the previous frame's; they read and write signatures in memory. The first of several frames is written whole.
+    frame_buffer__compression: Literal["none", "lossless"]  # Whether tile cores compress finished pixels on their way to memory, in blocks of 256 bytes; saves traffic, not room. Attachments of colours that passes of a capture store are compressed as well, unless they keep all samples.
+    frame_buffer__transaction_elimination: bool  # Whether tile cores leave a tile's pixels unwritten when their signature equals the previous frame's; they read and write signatures in memory. The first of several frames is written whole. Each attachment of colours that passes of a capture store has signatures of its own.
     frame_buffer__signature_bits: int  # 4 to 64 bits. Width of a tile's signature, the lowest bits of a CRC-64, in whole bytes of memory. Narrow signatures match for tiles that differ, and images show it.
     geometry__encoding: Literal["raw", "quantised", "meshlet", "dgf"]  # How the memory holds clusters and Bezier patches whose vertices rest: floats (raw); positions of geometry.bits on one grid for each mesh (quantised); as many bits as the box of each record needs, and triangles coded by the edges that they share (meshlet); or clusters as blocks of 128 bytes of AMD's Dense Geometry Format, and patches as with meshlet (dgf). The reader of a record decodes it: frontend.decoded_per_clk, tessellator.decoded_per_clk.
     geometry__bits: int  # 8 to 16 bits. With geometry.encoding=quantised, meshlet or dgf: bits of a coordinate along the longest side of a mesh's box; never finer than floats are there, with dgf than half as fine.
@@ -93,8 +93,8 @@ class GpuKeys(TypedDict, total=False):
     resolve__pixels_per_clk: float  # 0.000976562 to 65536 pixels/clk. Pixels that a core's resolve unit finishes.
     resolve__operations_per_clk: float  # 0.000976562 to 65536 operations/clk. Operations of desampling: velocities, advected pixels, taps of stencils.
     resolve__signature_bytes_per_clk: float  # 0.000976562 to 65536 bytes/clk. With frame_buffer.transaction_elimination: bytes of stored colours that a core hashes while it resolves them.
-    resolve__coded_per_clk: float  # 0.000976562 to 65536 pixels/clk. Pixels that a core tone-maps and codes for a frame buffer of rgba8 or rgb10a2, or that desampling decodes.
-    resolve__compressed_per_clk: float  # 0.000976562 to 65536 pixels/clk. With frame_buffer.compression: pixels that a core compresses, or that desampling decompresses.
+    resolve__coded_per_clk: float  # 0.000976562 to 65536 pixels/clk. Pixels that a core tone-maps and codes for a frame buffer, or an attachment, of rgba8 or rgb10a2, or that desampling decodes.
+    resolve__compressed_per_clk: float  # 0.000976562 to 65536 pixels/clk. With frame_buffer.compression: pixels that a core compresses, or that desampling or a load decompresses.
     shader__lanes: int  # 1 to 4096 lanes. Operations of the pixel shader that a core does per clock.
     shader__warp_lanes: int  # 4 to 128 lanes. Invocations of a warp. Warps are whole, each of one draw; the texture unit gets their lookups together.
     shader__costs: Literal["constant", "compiled"]  # With machine.timing=events: source of a warp's time on the lanes and of its registers. constant: shader.operations, shader.surface_operations, shader.background_operations and shader.registers; compiled: the shader of its material as LLVM compiles it for gfx1030.
@@ -161,7 +161,7 @@ class GpuKeys(TypedDict, total=False):
     energy__resolved_pixel_pj: float  # 0 to 1e+09 pJ. Pixel resolved, memory traffic apart.
     energy__resolve_operation_pj: float  # 0 to 1e+09 pJ. Operation of desampling.
     energy__coded_pixel_pj: float  # 0 to 1e+09 pJ. Pixel tone-mapped and coded for a frame buffer of rgba8 or rgb10a2, or decoded.
-    energy__compressed_pixel_pj: float  # 0 to 1e+09 pJ. Pixel of the frame buffer compressed or decompressed.
+    energy__compressed_pixel_pj: float  # 0 to 1e+09 pJ. Pixel of the frame buffer or of an attachment compressed or decompressed.
     area__frontend_mm2: float  # 0 to 1e+06 mm2. Front end for each bound in a clock, at 7 nm.
     area__binner_mm2: float  # 0 to 1e+06 mm2. Binner for each entry in a clock, or for four tested tiles if that is more.
     area__tessellator_mm2: float  # 0 to 1e+06 mm2. Tessellator and box builder of a core for each vertex in a clock.

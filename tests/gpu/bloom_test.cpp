@@ -188,6 +188,7 @@ struct Size {
 FrameResult frame_of(std::optional<PassGraph> graph, Size size, const Keys& keys = {}, IntRect region = {}) {
   RunSettings settings;
   GpuConfiguration gpu;
+  apply_setting("frame_buffer.compression=none", settings, gpu);
   for (const std::string& key : keys) apply_setting(key, settings, gpu);
   scene::Capture capture = cards();
   capture.settings.graph = std::move(graph);
@@ -247,6 +248,17 @@ TEST(Bloom, HasTheTexelsOfEveryTileOnceAtOddSides) {
   }
   EXPECT_EQ(frame.counters.post.texels, texels);
   EXPECT_EQ(attachments(frame.counters).written_bytes, written);
+}
+
+// Compressed colours go out once and are read twice, as they are stored; levels stay raw.
+TEST(Bloom, ReadsColorsAsTheyAreStored) {  // AST2
+  constexpr Size kSize{101, 67};
+  const FrameResult raw = frame_of(blooming(3), kSize),
+                    packed = frame_of(blooming(3), kSize, {"frame_buffer.compression=lossless"});
+  EXPECT_EQ(packed.targets.color.values, raw.targets.color.values);
+  const Traffic before = attachments(raw.counters), after = attachments(packed.counters);
+  EXPECT_LT(after.written_bytes, before.written_bytes);
+  EXPECT_EQ(before.read_bytes - after.read_bytes, 2 * (before.written_bytes - after.written_bytes));
 }
 
 // The image is the formulas in double precision, of the colours that a copy of them shows.

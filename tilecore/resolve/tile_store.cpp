@@ -79,8 +79,11 @@ bool TileStore::keep_what_is_there(const FrameStore& how, const Tile& tile, Imag
   bool same = true;
   std::size_t i = 0;
   for (int y = tile.pixels.y0; y < tile.pixels.y1; ++y)
-    for (int x = tile.pixels.x0; x < tile.pixels.x1; ++x)
-      same = same && how.coder.code(stored_pixel(before, tile.region, x, y)) == codes_[i++];
+    for (int x = tile.pixels.x0; x < tile.pixels.x1; ++x) {
+      const Vec4 there = stored_pixel(before, tile.region, x, y);
+      same = same &&
+             (how.samples > 1 ? there == stored_pixel(color, tile.region, x, y) : how.coder.code(there) == codes_[i++]);
+    }
   if (same) return false;
   ++counters_.wrong_matches;
   for (int y = tile.pixels.y0; y < tile.pixels.y1; ++y)
@@ -158,11 +161,15 @@ void TileStore::plan_changed_rows(const FrameStore& how, const Tile& tile) {
 }
 
 TileStore::Outcome TileStore::store(const FrameStore& how, const Tile& tile, Image& color, memory::Ledger& ledger) {
-  if (how.compressed || how.before != nullptr) find_codes(how, tile, color);
-  if (how.coder.tone_maps()) counters_.pixels_coded += pixels_in(tile.pixels);
+  if (how.samples == 1) {
+    if (how.compressed || how.before != nullptr) find_codes(how, tile, color);
+    if (how.coder.tone_maps()) counters_.pixels_coded += pixels_in(tile.pixels);
+  }
   const bool keeps = tile.unchanged != nullptr && tile.unchanged->any;
   if (how.compressed)
     plan_compressed(how, tile);
+  else if (how.by_tile)
+    transfers_.clear();
   else if (keeps)
     plan_changed_rows(how, tile);
   else
@@ -178,8 +185,7 @@ TileStore::Outcome TileStore::store(const FrameStore& how, const Tile& tile, Ima
   if (how.compressed && !tile.open)
     counters_.pixels_compressed += transfers_.size() * stored_block(how.coder.format()).pixels();
   for (const Transfer& transfer : transfers_)
-    ledger.write_at(memory::Unit::kResolve, memory::Purpose::kFrameBuffer, transfer.offset, transfer.bytes,
-                    tile.burst_bytes);
+    ledger.write_at(memory::Unit::kResolve, how.purpose, how.base + transfer.offset, transfer.bytes, tile.burst_bytes);
   if (how.before != nullptr)
     for (int y = tile.pixels.y0; y < tile.pixels.y1; ++y)
       for (int x = tile.pixels.x0; x < tile.pixels.x1; ++x)
@@ -187,8 +193,15 @@ TileStore::Outcome TileStore::store(const FrameStore& how, const Tile& tile, Ima
   return {!keeps || !transfers_.empty(), false};
 }
 
-void TileStore::round(const PixelCoder& coder, const Tile& tile, Image& color) {
-  if (coder.tone_maps()) counters_.pixels_coded += pixels_in(tile.pixels);
+TileStore::Outcome TileStore::store_attachment(const FrameStore& how, const Tile& tile, Image& color,
+                                               memory::Ledger& ledger) {
+  // Codes of rounded colours may be other ones: a bright code stands for light that the tone map compresses.
+  const Outcome outcome = store(how, tile, color, ledger);
+  if (how.samples == 1) round_pixels(how.coder, tile, color);
+  return outcome;
+}
+
+void TileStore::round_pixels(const PixelCoder& coder, const Tile& tile, Image& color) {
   for (int y = tile.pixels.y0; y < tile.pixels.y1; ++y)
     for (int x = tile.pixels.x0; x < tile.pixels.x1; ++x) {
       Vec4 pixel = stored_pixel(color, tile.region, x, y);
@@ -197,10 +210,17 @@ void TileStore::round(const PixelCoder& coder, const Tile& tile, Image& color) {
     }
 }
 
-void TileStore::round(const PixelCoder& coder, std::span<Vec3> color, std::span<float> coverage) {
+void TileStore::round(const PixelCoder& coder, const Tile& tile, Image& color) {
+  if (coder.tone_maps()) counters_.pixels_coded += pixels_in(tile.pixels);
+  round_pixels(coder, tile, color);
+}
+
+void TileStore::round(const PixelCoder& coder, std::span<Vec3> color, std::span<float> coverage, bool signs) {
   if (coder.tone_maps()) counters_.pixels_coded += color.size();
+  codes_.clear();
   for (std::size_t s = 0; s < color.size(); ++s) {
-    const Vec4 stored = coder.stored(Vec4(color[s], coverage[s]));
+    const Vec4 given(color[s], coverage[s]), stored = coder.stored(given);
+    if (signs) codes_.push_back(coder.code(given));
     color[s] = Vec3(stored), coverage[s] = stored.w;
   }
 }
@@ -208,11 +228,16 @@ void TileStore::round(const PixelCoder& coder, std::span<Vec3> color, std::span<
 void TileStore::load(const FrameStore& how, const Tile& tile, memory::Ledger& ledger) {
   if (how.payloads != nullptr)
     plan_payloads(how, tile);
+  else if (how.by_tile)
+    transfers_.clear();
   else
     plan_rows(how, tile);
   for (const Transfer& transfer : transfers_)
-    ledger.read_at(memory::Unit::kTilecore, memory::Purpose::kFrameBuffer, transfer.offset, transfer.bytes,
-                   tile.burst_bytes);
+    ledger.read_at(memory::Unit::kTilecore, how.purpose, how.base + transfer.offset, transfer.bytes, tile.burst_bytes);
+  if (how.payloads != nullptr)
+    counters_.pixels_decompressed +=
+        static_cast<std::uint64_t>(std::ranges::count_if(transfers_, [](const Transfer& t) { return t.bytes > 0; })) *
+        stored_block(how.coder.format()).pixels();
 }
 
 }  // namespace tessera::tilecore

@@ -22,7 +22,7 @@ struct StoreCounters {
   std::uint64_t tiles_not_written = 0;
   std::uint64_t wrong_matches = 0;
   std::uint64_t signature_bytes = 0;
-  std::uint64_t pixels_coded = 0, pixels_compressed = 0;
+  std::uint64_t pixels_coded = 0, pixels_compressed = 0, pixels_decompressed = 0;
 };
 
 // The colours in the frame buffer of a view, and the signatures of the colours written last. Tiles use disjoint parts
@@ -36,10 +36,15 @@ struct StoredFrame {
   void forget(std::size_t tiles, IntRect region);
 };
 
-// Storage format of a frame's pixels; keys frame_buffer.*.
+// Storage format of the pixels of a frame or of an attachment of colours; keys frame_buffer.*.
 struct FrameStore {
   PixelCoder coder;
   bool compressed = false;
+  int samples = 1;  // stored of each pixel; more than one only uncompressed
+  memory::Purpose purpose = memory::Purpose::kFrameBuffer;
+  std::uint64_t base = 0;  // base address within the purpose's memory
+  // Uncompressed pixels lie tile by tile, and tiles may share bursts: the recorder charges them, and TileStore moves none.
+  bool by_tile = false;
   int signature_bits = 64;
   StoredFrame* before = nullptr;  // transaction elimination; nullptr: every tile is written
   // If the frame is compressed and passes load it: the stored bytes of each block, row by row, which store() keeps up
@@ -62,6 +67,8 @@ constexpr std::uint64_t kept_bits(std::uint64_t signature, int bits) {
 // (stored_block()) has a place of as many bytes as its pixels take; the headers lie in an array behind them, tile by
 // tile, and the recorder charges them, as tiles share bursts of that array. Blocks that the region cuts are filled up
 // with copies of their nearest pixels and take no more than their existing rows.
+//
+// Attachments of passes are stored the same way, but for raw pixels, which lie tile by tile.
 //
 // Invariants (cited by the tests):
 //   PS1  The traffic of a tile does not depend on other tiles.
@@ -90,11 +97,16 @@ class TileStore {
   // `color`: of the region. It keeps its value from before the store, except for tiles whose signature matches wrongly.
   Outcome store(const FrameStore& how, const Tile& tile, Image& color, memory::Ledger& ledger);
 
+  // Stores into an attachment: also rounds the colours to its codes, as a later pass loads them. If it keeps all samples,
+  // `color` has their means, and the tile's samples were rounded just before.
+  Outcome store_attachment(const FrameStore& how, const Tile& tile, Image& color, memory::Ledger& ledger);
+
   // Rounds a tile's colours to the codes of an attachment of that format; the caller charges the moved bytes.
   void round(const PixelCoder& coder, const Tile& tile, Image& color);
-  // Likewise the samples of a tile, for an attachment that keeps every one: colours and coverages.
-  void round(const PixelCoder& coder, std::span<Vec3> color, std::span<float> coverage);
-  // Charges a tile that reads its pixels from the frame as they are stored, without headers.
+  // Likewise the samples of a tile, for an attachment that keeps every one: colours and coverages. `signs`: keeps their
+  // codes for the signature of the tile.
+  void round(const PixelCoder& coder, std::span<Vec3> color, std::span<float> coverage, bool signs);
+  // Charges a tile that reads its pixels as they are stored, without headers, and their decompression.
   void load(const FrameStore& how, const Tile& tile, memory::Ledger& ledger);
 
   StoreCounters take_counters() { return std::exchange(counters_, {}); }
@@ -117,6 +129,7 @@ class TileStore {
   void plan_payloads(const FrameStore& how, const Tile& tile);
   void plan_changed_rows(const FrameStore& how, const Tile& tile);
   std::uint64_t compressed_bytes(const FrameStore& how, const Tile& tile, IntRect block);
+  static void round_pixels(const PixelCoder& coder, const Tile& tile, Image& color);
 
   struct Transfer {
     std::uint64_t offset, bytes;
@@ -137,16 +150,19 @@ inline constexpr bool kAbsentWhenIdle<tilecore::StoreCounters> = true;
 template <>
 inline constexpr auto kCounterFields<tilecore::StoreCounters> = std::to_array<CounterField<tilecore::StoreCounters>>({
     {"resolve.tiles_not_written", &tilecore::StoreCounters::tiles_not_written, Combine::kSum, "tiles",
-     "Tiles whose colours have the signature of the frame buffer's content, with frame_buffer.transaction_elimination.",
+     "Tiles whose colours have the signature of the content of the frame buffer, or of the attachment into which their "
+     "pass stores them, with frame_buffer.transaction_elimination.",
      "MaliFragTileKill (FRAG_TRANS_ELIM)"},
     {"resolve.wrong_matches", &tilecore::StoreCounters::wrong_matches, Combine::kSum, "tiles",
      "Tiles of these whose pixels differ nevertheless: the image is wrong there.", ""},
     {"resolve.signature_bytes", &tilecore::StoreCounters::signature_bytes, Combine::kSum, "bytes",
      "Bytes of stored colours hashed for signatures of tiles.", ""},
     {"resolve.pixels_coded", &tilecore::StoreCounters::pixels_coded, Combine::kSum, "pixels",
-     "Finished pixels that were tone-mapped and coded for a frame buffer of rgba8 or rgb10a2.", ""},
+     "Finished pixels that were tone-mapped and coded for a frame buffer, or an attachment, of rgba8 or rgb10a2.", ""},
     {"resolve.pixels_compressed", &tilecore::StoreCounters::pixels_compressed, Combine::kSum, "pixels",
-     "Pixels of blocks of the frame buffer that were compressed and written.", ""},
+     "Pixels of blocks of the frame buffer, or of attachments of passes, that were compressed and written.", ""},
+    {"resolve.pixels_decompressed", &tilecore::StoreCounters::pixels_decompressed, Combine::kSum, "pixels",
+     "Pixels of blocks that passes of a capture loaded and decompressed.", ""},
 });
 TESSERA_COUNTERS_COVER(tilecore::StoreCounters);
 
