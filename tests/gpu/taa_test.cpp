@@ -290,7 +290,8 @@ struct Machine {
   GpuConfiguration gpu;
 
   explicit Machine(const Keys& keys) {
-    apply_setting("sampling.samples_per_pixel=1", settings, gpu);
+    for (const char* key : {"sampling.samples_per_pixel=1", "frame_buffer.compression=none"})
+      apply_setting(key, settings, gpu);
     for (const std::string& key : keys) apply_setting(key, settings, gpu);
   }
 };
