@@ -257,21 +257,35 @@ tilecore::ResolveFrame& Device::begin_resolve(int frame, ViewState& eye, const s
   return resolve;
 }
 
+std::shared_ptr<const scene::FrameGeometry> Device::pose_view(int frame, ViewState& eye, bool notes,
+                                                              FrameResult& result) const {
+  const StageTimer timer(result, "pose");
+  std::shared_ptr<const scene::FrameGeometry> geometry =
+      scene::pose_frame(scene_.assembly, eye.camera, frame_request(frame), std::exchange(eye.pose, nullptr));
+  if (geometry->request.motion_segments == 0 && geometry->motion_error > geometry->request.motion_error && notes)
+    result.notes.push_back(fmt::format(
+        "frame {}: with {} motion segments a point may be {:.1f} pixels off its curve; "
+        "sampling.motion_error asks for {} (sampling.motion_segments_max may be up to {})",
+        frame, geometry->segments.size(), geometry->motion_error, geometry->request.motion_error, kMaxMotionSegments));
+  if (geometry->drawables.size() <= kDrawablesToKeep || !geometry->any_motion) eye.pose = geometry;
+  return geometry;
+}
+
+void Device::model_view(int frame, WorkRecorder& recorder, FrameResult& result) {
+  const StageTimer timer(result, "model");
+  timing::WarmCaches* const caches = caches_.of_frame(gpu_, frame);
+  const timing::WarmCaches before = request_.attribute && caches != nullptr ? *caches : timing::WarmCaches();
+  result.model = model_machine(gpu_, recorder.finish(result.counters.ledger), caches, request_.keep_transactions);
+  if (request_.attribute) {
+    const MachineModel& model = *result.model;
+    result.shares = attribute_costs(gpu_, model.record.work, model.schedule, model.timing, model.energy,
+                                    recorder.take_traffic(), before);
+  }
+}
+
 std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, ViewState& eye,
                                                                 const scene::FrameGeometry* left, FrameResult& result) {
-  std::shared_ptr<const scene::FrameGeometry> geometry;
-  {
-    const StageTimer timer(result, "pose");
-    geometry = scene::pose_frame(scene_.assembly, eye.camera, frame_request(frame), std::exchange(eye.pose, nullptr));
-    if (geometry->request.motion_segments == 0 && geometry->motion_error > geometry->request.motion_error &&
-        left == nullptr)
-      result.notes.push_back(
-          fmt::format("frame {}: with {} motion segments a point may be {:.1f} pixels off its curve; "
-                      "sampling.motion_error asks for {} (sampling.motion_segments_max may be up to {})",
-                      frame, geometry->segments.size(), geometry->motion_error, geometry->request.motion_error,
-                      kMaxMotionSegments));
-    if (geometry->drawables.size() <= kDrawablesToKeep || !geometry->any_motion) eye.pose = geometry;
-  }
+  std::shared_ptr<const scene::FrameGeometry> geometry = pose_view(frame, eye, left == nullptr, result);
   const binner::TileGrid grid(request_.width, request_.height, gpu_.tile.width, gpu_.tile.height, request_.region);
   tilecore::SamplingSettings sampling =
       sampling_settings(settings_.sampling, gpu_.tilecore.visibility, frame, geometry->parts());
@@ -338,17 +352,7 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, ViewS
   shadow_passes_.finish(result);
   if (result.counters.transmission.pixels_kept > 0) recorder.stored(texture_memory_.range(behind_));
   record.textures = recorder.take_textures();
-  if (settings_.output.machine_model) {
-    const StageTimer timer(result, "model");
-    timing::WarmCaches* const caches = caches_.of_frame(gpu_, frame);
-    const timing::WarmCaches before = request_.attribute && caches != nullptr ? *caches : timing::WarmCaches();
-    result.model = model_machine(gpu_, recorder.finish(result.counters.ledger), caches, request_.keep_transactions);
-    if (request_.attribute) {
-      const MachineModel& model = *result.model;
-      result.shares = attribute_costs(gpu_, model.record.work, model.schedule, model.timing, model.energy,
-                                      recorder.take_traffic(), before);
-    }
-  }
+  if (settings_.output.machine_model) model_view(frame, recorder, result);
   if (eliminates(gpu_)) end_elimination(eye, result);
   eye.attachments.end(frame);
   if (guesses) {

@@ -118,6 +118,12 @@ class Device {
   // The resolve unit's input in this view. `left`: the pose of the finished left eye, for the right one.
   tilecore::ResolveFrame& begin_resolve(int frame, ViewState& eye, const scene::FrameGeometry& geometry,
                                         const scene::FrameGeometry* left, FrameResult& result);
+  // The pose of a view's frame, which `eye` keeps for the next one. `notes`: `result` gets a note where curved motion has
+  // too few segments.
+  std::shared_ptr<const scene::FrameGeometry> pose_view(int frame, ViewState& eye, bool notes,
+                                                        FrameResult& result) const;
+  // Ends the recording of a view, and adds its time, energy and shares to `result`.
+  void model_view(int frame, WorkRecorder& recorder, FrameResult& result);
   // Renders one view into `result`.
   std::shared_ptr<const scene::FrameGeometry> render_view(int frame, ViewState& eye, const scene::FrameGeometry* left,
                                                           FrameResult& result);

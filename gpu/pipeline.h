@@ -22,7 +22,7 @@ namespace tessera::gpu {
 //
 // Invariant (cited by the tests):
 //   PL1  Images, counters and records of a view do not depend on the views before it, except through TileJob::store,
-//        ViewRun::inputs and ViewRun::taa_history.
+//        TileJob::attachments, ViewRun::inputs and ViewRun::taa_history.
 class Pipeline {
  public:
   using Cores = std::shared_ptr<PerThread<tilecore::TileCore>>;

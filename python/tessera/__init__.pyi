@@ -27,7 +27,7 @@ class GpuKeys(TypedDict, total=False):
     frontend__backface_culling: bool  # Whether sub-patches that face away are dropped before binning.
     frontend__previous_depth_culling: bool  # Whether instances and groups of patches that the previous frame's depths hide are deferred, tested again when the tiles are done, and rendered in a second pass if they were visible after all.
     tile__width: int  # 8 to 256 pixels. Width of the on-chip render area of one tile core.
-    tile__height: int  # 8 to 256 pixels. Whether a tile is not rendered, and its pixels stay as they are, when its inputs have the same signature (frame_buffer.signature_bits) as in the previous frame. Signatures are read and written in memory.
+    tile__height: int  # 8 to 256 pixels. Height of the on-chip render area of one tile core.
     tile__rendering_elimination: bool  # Whether a tile is not rendered, and its pixels stay as they are, when all that it would be rendered from has the signature (frame_buffer.signature_bits) of the frame before. Signatures are read and written in memory.
     tile__fit: bool  # Whether tiles have the largest power of two of pixels, from 64 to 4096, whose samples fit twice into tilecore.memory_bytes; tile.width and tile.height are then of no account. Samples that do not fit into a tile of 8x8 pixels are written to memory and read back.
     parameter_buffer__bytes: int  # 256 to 4.29497e+09 bytes. Memory that holds the tile lists and the sub-patch table.
@@ -196,6 +196,7 @@ class SettingsKeys(TypedDict, total=False):
     shading__light_lists: Literal["off", "ranged", "all"]  # Light lists: tiles find the lights that reach their surfaces, and pixel shaders loop over these alone: never (off), in frames with at least eight point or spot lights that have a range (ranged), or with any such light, whose cones are then tested (all). Images have the same bits.
     shading__path: Literal["visibility", "prepass", "gbuffer", "gbuffer_external"]  # How opaque surfaces come to be shaded: by one shader where visible triangles are known (visibility); likewise, behind a pass that stores depths, which hide sub-patches (prepass); by a shader that leaves material and normal in the tile memory and one that lights them there (gbuffer); or by a pass that stores this G-buffer and another one that loads it (gbuffer_external). Unlit, layered and blended surfaces and procedures have one shader on all paths.
     gbuffer__layout: Literal["exact", "packed"]  # Contents of a sample of the G-buffer: 64 bytes, and images have the bits of shading.path=visibility (exact), or 16 bytes, which round base colour, normal, metalness, roughness, occlusion and emission (packed).
+    gbuffer__bits: int  # 96 to 1024 bits. With gbuffer.layout=packed: bits of a sample of the G-buffer, a multiple of 32. Bits beyond 128 are written, kept, moved and read like the others, and light nothing. With 96 it has no emission: surfaces that emit have one shader, as unlit ones do.
     effects__motion: Literal["auto", "on", "off"]  # Motion blur: on request of the capture; with the general kernels everywhere (same image); never.
     effects__defocus: Literal["auto", "on", "off"]  # Defocus blur: on request of the capture's lens; with the general kernels everywhere (same image); never.
     effects__displacement: Literal["auto", "on", "off"]  # Displacement: where the capture's maps are not zero; wherever it has maps (same image); never.
@@ -324,6 +325,13 @@ class Device:
     @property
     def automatic_camera(self) -> bool: ...
 
+class FramePass(TypedDict):
+    name: str
+    begin_cycles: float
+    end_cycles: float
+    counters: dict[str, int]
+    traffic: list[dict[str, Any]]
+
 class FrameTiming(TypedDict):
     cycles: float
     latency_cycles: float
@@ -353,6 +361,8 @@ class Frame:
     def counters(self) -> dict[str, int]: ...
     @property
     def traffic(self) -> list[dict[str, Any]]: ...
+    @property
+    def passes(self) -> list[FramePass]: ...
     @property
     def timing(self) -> FrameTiming | None: ...
     @property
