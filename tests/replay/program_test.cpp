@@ -471,8 +471,9 @@ TEST(ReplayCommand, RendersPassesThatACaptureDescribes) {
       {"name": "final", "shader": "copy", "sample": ["lit"], "write": ["frame"], "load": {"frame": "none"}}]})"));
   test::write_text(folder / "passes.glb", asset.glb());
   const fs::path out = folder / "out";
-  const ProcessResult r = run_tessera({"replay", (folder / "passes.glb").string(), "--size", "64x64", "--frames", "0:1",
-                                       "--set", "effects.shadows=off", "--out", out.string()});
+  const ProcessResult r =
+      run_tessera({"replay", (folder / "passes.glb").string(), "--size", "64x64", "--frames", "0:1", "--set",
+                   "effects.shadows=off", "--set", "frame_buffer.compression=none", "--out", out.string()});
   ASSERT_EQ(r.status, 0) << r.errors;
   const json frame = json::parse(test::read_text(out / "stats.json"))["frames"][0];
   ASSERT_GE(frame["passes"].size(), 2u);
