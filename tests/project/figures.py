@@ -294,7 +294,7 @@ class Pages(unittest.TestCase):
             cells = [cell for row in of for cell in (" + ".join(f"{int(row[part]) / 1e6:.1f}" for part in ("map_bytes", "view_bytes", "image_bytes") if int(row[part])),
                                                      row["ms"], row["mj"])]
             self.assertIn(f"\n| `{scheme}` | {of[0]['kind']} | {' | '.join(cells)} |\n", text, "run docs/measurements/pass_baselines.py --table")
-        self.assertEqual(len(rows), 3 * 13)
+        self.assertEqual(len(rows), 3 * len({row["scheme"] for row in rows}))
 
 
 class Replays(unittest.TestCase):
