@@ -34,7 +34,7 @@ class FrameWorkJoin {
 };
 
 // Counters of a pass over images, the same for all schemes: bytes that it loads and stores. A pass writes each line of an
-// attachment once and whole, so that a colour cache moves what tiles do (AttachmentCache).
+// attachment once and whole, so a colour cache moves the same bytes as tiles.
 BaselineCounters image_pass_counters(const gpu::FrameCounters& pass);
 
 }  // namespace tessera::baselines

@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "base/parallel.h"
-#include "baselines/attachment_cache.h"
 #include "baselines/compressed_color.h"
 #include "baselines/scheme_work.h"
 #include "baselines/surfaces.h"
@@ -54,26 +53,6 @@ std::vector<ImmediateTraffic> draw_plain(const std::vector<TileDrawing>& tiles, 
   });
   memory.finish(resolve);
   return moved;
-}
-
-// Draws the depths of a shadow map.
-std::vector<ImmediateTraffic> draw_depths(const std::vector<TileDrawing>& tiles, const std::vector<DrawnInTile>& order,
-                                          AttachmentCache& depths) {
-  std::vector<ImmediateTraffic> moved = draw_all(
-      tiles, order, depths, [&](const TileDrawing&, const LineTouch& touch) { depths.load(touch.line, touch.passes); });
-  depths.finish();
-  return moved;
-}
-
-void move_depths(const std::vector<TileDrawing>& tiles, const tilecore::TileJob& job, const gpu::GpuConfiguration& gpu,
-                 const SampleLayout& layout, ImmediateFrame& out) {
-  AttachmentCache cached(static_cast<std::uint64_t>(gpu.baselines.cache_bytes), job.burst_bytes(), layout.line_count());
-  AttachmentCache uncached(0, job.burst_bytes(), layout.line_count());
-  out.immediate.moved = draw_depths(tiles, out.order, cached);
-  draw_depths(tiles, out.order, uncached);
-  out.immediate.traffic = {cached.bytes_read(), cached.bytes_written(),
-                           uncached.bytes_read() + uncached.bytes_written()};
-  if (has_patches(*job.frame)) out.untiled = out.immediate;
 }
 
 bool compresses_color(const tilecore::TileJob& job, const gpu::GpuConfiguration& gpu) {
@@ -135,10 +114,7 @@ ImmediateFrame draw_immediately(const tilecore::TileJob& job, const gpu::Observe
   }
   out.depths.finish();
   out.order = submission_order(tiles);
-  if (job.depths != nullptr)
-    move_depths(tiles, job, gpu, layout, out);
-  else
-    move_lines(tiles, job, gpu, layout, out);
+  move_lines(tiles, job, gpu, layout, out);
   return out;
 }
 

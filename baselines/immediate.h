@@ -43,7 +43,7 @@ struct ImmediateFrame {
 // Colour is compressed (CompressedColorMemory) if that moves fewer bytes in the frame than plain lines: `untiled`
 // does so always, `immediate` if immediate.color_compression is on.
 //
-// A shadow map is drawn depths alone, into lines of its own format behind an AttachmentCache; no pixel is shaded. Colours
+// A shadow map has lines of depths alone, in its own format, behind the same cache; no pixel is shaded. Colours
 // of an attachment have the bytes of its format. In favour of the machine: colours that a pass loads are in memory
 // already, and depths that are stored once a pixel are resolved as they leave the cache.
 ImmediateFrame draw_immediately(const tilecore::TileJob& job, const gpu::ObservedWork& record,

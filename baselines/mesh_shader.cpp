@@ -248,10 +248,10 @@ class MeshShaderScheme : public Scheme {
     out.patch_bytes_cached = hull.patch_bytes_cached - mesh_.unread_bytes;
     return out;
   }
-  // Adds the traffic of two pyramids of depths: this frame's, for the next frame, and the previous frame's.
   std::uint64_t pyramid_bytes() const {
     return memory::burst_bytes(0, pass_->depths.bytes(), pass_->job.burst_bytes());
   }
+  // Adds the traffic of two pyramids of depths: this frame's, for the next frame, and the previous frame's.
   void add_pyramid(BaselineCounters& counters) const {
     const std::uint64_t bytes = pyramid_bytes();
     counters.culled_occlusion = task_->counts().hidden;

@@ -15,10 +15,10 @@ int rounded_up_quotient(int a, int b) { return (a + b - 1) / b; }
 
 }  // namespace
 
-SampleLayout::SampleLayout(IntRect region, int samples_per_pixel, std::uint64_t burst_bytes, std::uint64_t sample_bytes)
+SampleLayout::SampleLayout(IntRect region, int samples_per_pixel, std::uint64_t burst_bytes, std::uint64_t depth_bytes)
     : region_(region),
       samples_per_pixel_(samples_per_pixel),
-      samples_per_line_(static_cast<int>(burst_bytes / sample_bytes)) {
+      samples_per_line_(static_cast<int>(burst_bytes / depth_bytes)) {
   if (samples_per_pixel >= samples_per_line_) {
     lines_per_pixel_ = rounded_up_quotient(samples_per_pixel, samples_per_line_);
   } else {

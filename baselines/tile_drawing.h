@@ -13,12 +13,13 @@
 
 namespace tessera::baselines {
 
-// Addresses of the samples of a frame in the memory of an immediate-mode machine. Each sample has 4 bytes of depth
-// and as many of colour, or `sample_bytes` of each, a power of two. Surfaces consist of lines of one burst that hold a rectangle of pixels as square as possible (64
-// bytes, 4 samples: 2x2 pixels). Pixels with more samples than a line holds take several lines.
+// Addresses of the samples of a frame in the memory of an immediate-mode machine. Each sample has `depth_bytes` of depth, a
+// power of two. The surface consists of lines of one burst that hold a rectangle of pixels as square as possible (64 bytes,
+// 4 samples: 2x2 pixels). Pixels with more samples than a line holds take several lines. Colours have a line, or several, for
+// each line of depths.
 class SampleLayout {
  public:
-  SampleLayout(IntRect region, int samples_per_pixel, std::uint64_t burst_bytes, std::uint64_t sample_bytes = 4);
+  SampleLayout(IntRect region, int samples_per_pixel, std::uint64_t burst_bytes, std::uint64_t depth_bytes = 4);
 
   std::uint32_t line_count() const { return line_count_; }
   // Line of a sample; the pixel must be inside the region.
@@ -47,7 +48,7 @@ class SampleLayout {
 // Configured by baselines.cache_bytes, memory.burst_bytes.
 class ImmediateMemory {
  public:
-  // `color_bursts`: bursts of the colours that belong to a line of depths; `loads`: colours are in memory from the start.
+  // `color_bursts`: bursts of the colours that belong to a line of depths, 0 for a pass of depths alone; `loads`: colours are in memory from the start.
   ImmediateMemory(std::uint64_t cache_bytes, std::uint64_t burst_bytes, std::uint32_t line_count,
                   std::uint64_t color_bursts = 1, bool loads = false)
       : burst_bytes_(burst_bytes),
@@ -138,7 +139,8 @@ struct TileDrawer {
 };
 
 // Draws one tile. `entries`: entries of the tile, cut and ordered in any way. Hits are exact, also where motion and
-// defocus scatter them. A shadow map has no invocations, and whatever blends casts like an opaque surface. With `colors` false no pixel is shaded and colours stay empty; `point` still numbers invocations.
+// defocus scatter them. A shadow map has no invocations, and a surface that blends casts like an opaque one. With `colors`
+// false no pixel is shaded and colours stay empty; `point` still numbers invocations.
 TileDrawing draw_tile(const tilecore::TileJob& job, std::uint32_t tile, std::vector<binner::ListEntry> entries,
                       const SampleLayout& layout, bool colors, TileDrawer& drawer, std::uint64_t& invocations);
 

@@ -6,6 +6,7 @@
 #include "replay/baseline_report.h"
 #include "scene/capture_reader.h"
 #include "tests/replay/compared.h"
+#include "tests/support/pass_graphs.h"
 #include "tests/support/shadow_scenes.h"
 #include "tests/support/tests.h"
 
@@ -19,8 +20,14 @@ using baselines::SchemeId;
 using hardware::Event;
 using memory::Purpose;
 using memory::Unit;
+using test::attachment;
+using test::bursts;
+using test::by_way_of;
+using test::drawing;
 using test::name_of;
+using test::over_image;
 using test::triangle_schemes;
+using test::with_graph;
 using Keys = std::vector<std::string>;
 
 constexpr int kWidth = 100, kHeight = 70;  // no multiples of a tile
@@ -47,7 +54,6 @@ Observed observe(const scene::Capture& capture, const Keys& keys = {}, std::size
 }
 
 std::size_t index(SchemeId scheme) { return static_cast<std::size_t>(scheme); }
-std::uint64_t bursts(std::uint64_t bytes) { return round_up(bytes, 64); }
 
 // Bytes that a pass of a frame's work moves.
 std::uint64_t bytes_of(const timing::FrameWork& work, std::size_t pass) {
@@ -231,25 +237,6 @@ using scene::PassGraph;
 using scene::PassShader;
 using scene::StoreAction;
 
-Pass pass_of(std::string name, DrawFilter draw, PassShader shader, std::vector<std::string> sources,
-             std::string target) {
-  Pass pass;
-  pass.name = std::move(name);
-  pass.subpasses = {{draw, shader, {}, {std::move(target)}, std::move(sources)}};
-  return pass;
-}
-Attachment image(std::string name, AttachmentFormat format, double scale = 1, int levels = 1) {
-  Attachment attachment;
-  attachment.name = std::move(name), attachment.format = format;
-  attachment.scale = scale, attachment.levels = levels;
-  return attachment;
-}
-PassGraph by_way_of(AttachmentFormat format) {
-  return {{image("lit", format)},
-          {pass_of("draw", DrawFilter::kAll, PassShader::kForward, {}, "lit"),
-           pass_of("final", DrawFilter::kNothing, PassShader::kCopy, {"lit"}, "frame")}};
-}
-
 // A floor of patches under a lamp, and a card that casts, with a graph of passes.
 scene::Capture floor_scene(std::optional<PassGraph> graph, bool casts = false, bool masked = false) {
   test::FloorScene scene;
@@ -265,8 +252,7 @@ scene::Capture floor_scene(std::optional<PassGraph> graph, bool casts = false, b
     sun.color = Vec3(3.0f);
     scene::made::add_light(capture, sun, DVec3(0, 8, 0), DVec3(0, -1, 0), {.size = 128});
   }
-  capture.settings.graph = std::move(graph);
-  return capture;
+  return with_graph(std::move(capture), std::move(graph));
 }
 
 const PassSet& pass_named(const Observed& of, std::string_view name) {
@@ -311,7 +297,7 @@ TEST(PassBytes, AnImmediateMachineStoresColorsOfTheAttachmentsFormat) {
 TEST(PassBytes, LoadsAndStoredDepthsMoveOnAllTilers) {
   const std::uint64_t spp = 4;
   for (const auto& [store, depths] : {std::pair{StoreAction::kStore, spp}, {StoreAction::kResolve, std::uint64_t{1}}}) {
-    Pass pass = pass_of("draw", DrawFilter::kAll, PassShader::kForward, {}, "frame");
+    Pass pass = drawing("frame");
     const Keys keys = {"frame_buffer.compression=none", "immediate.color_compression=false"};
     const Observed plain = observe(floor_scene(PassGraph{{}, {pass}}), keys);
     pass.load = {{"frame", LoadAction::kLoad}};
@@ -334,9 +320,9 @@ TEST(PassBytes, LoadsAndStoredDepthsMoveOnAllTilers) {
 
 TEST(PassBytes, ABloomIsAlikeOnAllMachines) {
   PassGraph graph = by_way_of(AttachmentFormat::kRgba16F);
-  graph.attachments.push_back(image("glow", AttachmentFormat::kR11G11B10F, 0.5, 3));
-  graph.passes[1] = pass_of("bloom", DrawFilter::kNothing, PassShader::kBloom, {"lit"}, "glow");
-  graph.passes.push_back(pass_of("final", DrawFilter::kNothing, PassShader::kTonemap, {"lit", "glow"}, "frame"));
+  graph.attachments.push_back(attachment("glow", AttachmentFormat::kR11G11B10F, 0.5, 3));
+  graph.passes[1] = over_image("bloom", PassShader::kBloom, {"lit"}, "glow");
+  graph.passes.push_back(over_image("final", PassShader::kTonemap, {"lit", "glow"}, "frame"));
   const Observed of = observe(floor_scene(graph), {"frame_buffer.compression=none"});
   ASSERT_EQ(of.passes.size(), 1u + 5 + 1);
   const std::array<std::uint64_t, 3> levels = {50 * 35 * 4, 25 * 17 * 4, 12 * 8 * 4};
@@ -421,7 +407,7 @@ TEST(MapBaselines, LookupsAreTexturesToAll) {
 TEST(OnePassBaselines, AreTheFrame) {
   const Observed of = observe(floor_scene({}));
   ASSERT_EQ(of.passes.size(), 1u);
-  const PassGraph into_frame{{}, {pass_of("draw", DrawFilter::kAll, PassShader::kForward, {}, "frame")}};
+  const PassGraph into_frame{{}, {drawing("frame")}};
   const Observed graph = observe(floor_scene(into_frame));
   EXPECT_EQ(baselines_json(graph.set), baselines_json(of.set));
   // The twin: a store of depths is noticed.
@@ -472,7 +458,7 @@ TEST(PassBaselineRefusals, AreOneLineEach) {
     material.transmission.factor = 1;
     material.effects[static_cast<std::size_t>(scene::MaterialEffect::kTransmission)] = true;
   }
-  Pass loads = pass_of("draw", DrawFilter::kAll, PassShader::kForward, {}, "frame");
+  Pass loads = drawing("frame");
   loads.load = {{"frame", LoadAction::kLoad}};
   const std::vector<std::pair<std::string, std::string>> refusals = {
       {refusal_of(glass), "transmit"},
