@@ -182,13 +182,11 @@ class FrameGraph::Reader {
   }
   // The velocities that a pass writes for it; nullptr if it writes none.
   const std::string* velocity_of(const Pass& pass) const {
-    const Subpass* const reader = antialiasing();
-    if (reader == nullptr || !draws(pass)) return nullptr;
-    for (const std::string& name : pass.subpasses[0].write)
-      if (const Attachment* a = graph_.find(name); a != nullptr && a->format == AttachmentFormat::kRg16F &&
-                                                   std::ranges::find(reader->sample, name) != reader->sample.end())
-        return &name;
-    return nullptr;
+    if (!draws(pass)) return nullptr;
+    const std::vector<std::string>& written = pass.subpasses[0].write;
+    const auto found =
+        std::ranges::find_if(written, [&](const std::string& name) { return is_velocity(graph_, name); });
+    return found == written.end() ? nullptr : &*found;
   }
 
   void store_velocity(tilecore::AttachmentActions& actions, const std::string& velocity) {
@@ -265,18 +263,16 @@ class FrameGraph::Reader {
   void refuse_settings() const {
     if (!whole_)
       throw UsageError(
-          "a region of the frame: temporal antialiasing finds pixels anywhere in the previous frame; post.taa=0 leaves "
-          "it "
-          "out");
+          "a region of the frame: temporal antialiasing finds pixels anywhere in the previous frame; "
+          "post.taa=0 leaves it out");
     if (gpu_.tile.rendering_elimination)
       throw UsageError(
           "temporal antialiasing takes its samples elsewhere in every frame, and no tile repeats: set "
           "tile.rendering_elimination=false, or post.taa=0");
     if (settings_.shading.path == tilecore::ShadingPath::kGbufferExternal)
       throw UsageError(
-          "temporal antialiasing with shading.path=gbuffer_external: a G-buffer in memory keeps no velocities; set "
-          "another "
-          "path, or post.taa=0");
+          "temporal antialiasing with shading.path=gbuffer_external: a G-buffer in memory keeps no velocities; "
+          "set another path, or post.taa=0");
   }
 
   // Parameters of surfaces: lit in this pass, or stored for one that lights them.

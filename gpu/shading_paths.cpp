@@ -20,16 +20,6 @@ struct NamedPath {
   int bits = 0;  // of a sample of the G-buffer; 0: there is none
 };
 
-// Velocities lie beside the G-buffer that a subpass fills.
-bool is_velocity(const scene::PassGraph& graph, const std::string& name) {
-  return std::ranges::any_of(graph.passes, [&](const scene::Pass& pass) {
-    return std::ranges::any_of(pass.subpasses, [&](const scene::Subpass& subpass) {
-      return subpass.shader == scene::PassShader::kTaa &&
-             std::ranges::find(subpass.sample, name) != subpass.sample.end();
-    });
-  });
-}
-
 std::optional<NamedPath> named_path(const scene::PassGraph& graph) {
   std::optional<NamedPath> named;
   for (const scene::Pass& pass : graph.passes)

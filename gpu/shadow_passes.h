@@ -33,7 +33,7 @@ class ShadowPasses {
     memory::LineRange map_lines;
   };
   // Draws the maps of the frame number `number`. `view`: the job that will look them up. `result` gets host times;
-  // finish() adds counters and passes to it. `shown`: nullptr if nobody observes.
+  // finish() adds counters and passes to it. `shown`: nullptr if there is no observer.
   void render(const tilecore::TileJob& view, WorkRecorder& recorder, WorkProgress* progress, int number,
               FrameResult& result, const Shown* shown = nullptr);
   // One signature of all maps of that frame, an input of every tile that looks them up. Only with

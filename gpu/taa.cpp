@@ -61,29 +61,23 @@ bool TaaHistory::is_cut() const {
 void TaaHistory::resolve(const Taa& taa, Image& color) {
   if (length_ > 0 && is_cut()) length_ = 0;
   ++length_;
-  if (length_ == 1) {
-    image_ = color;
-  } else {
-    // The mean of the frames so far, until the newest has no more than its share.
-    const shaders::TaaSettings settings{std::max(taa.share, 1.0f / static_cast<float>(length_)), true};
-    const shaders::TaaImages images{color, velocities_.velocity, taa.depth_bytes > 0 ? &velocities_.depth : nullptr,
-                                    image_};
-    Image next(color.width, color.height, color.channels);
-    parallel_for(static_cast<std::size_t>(color.height), [&](std::size_t row) {
-      const int y = static_cast<int>(row);
-      for (int x = 0; x < next.width; ++x) {
-        const Vec4 pixel = shaders::taa_pixel(images, settings, x, y);
-        const auto to = next.at(x, y);
-        for (std::size_t c = 0; c < 4; ++c) to[c] = pixel[static_cast<int>(c)];
-      }
-    });
-    image_ = std::move(next);
-  }
-  for (std::size_t i = 0; i < image_.values.size(); i += 4) {
-    float* const p = &image_.values[i];
-    const Vec4 stored = taa.history.coder.stored(Vec4(p[0], p[1], p[2], p[3]));
-    for (int c = 0; c < 4; ++c) p[c] = stored[c];
-  }
+  // The mean of the frames so far, until the newest has no more than its share.
+  const shaders::TaaSettings settings{std::max(taa.share, 1.0f / static_cast<float>(length_)), true};
+  const shaders::TaaImages images{color, velocities_.velocity, taa.depth_bytes > 0 ? &velocities_.depth : nullptr,
+                                  image_};
+  Image next(color.width, color.height, color.channels);
+  parallel_for(static_cast<std::size_t>(color.height), [&](std::size_t row) {
+    const int y = static_cast<int>(row);
+    for (int x = 0; x < next.width; ++x) {
+      const auto from = color.at(x, y);
+      const Vec4 pixel =
+          length_ == 1 ? Vec4(from[0], from[1], from[2], from[3]) : shaders::taa_pixel(images, settings, x, y);
+      const Vec4 stored = taa.history.coder.stored(pixel);
+      const auto to = next.at(x, y);
+      for (std::size_t c = 0; c < 4; ++c) to[c] = stored[static_cast<int>(c)];
+    }
+  });
+  image_ = std::move(next);
   color = image_;
 }
 

@@ -163,11 +163,6 @@ void TileScheduler::share_signatures(WorkRecorder::Round& round, std::span<const
   }
 }
 
-void TileScheduler::load(WorkRecorder::Round& round, std::span<const SharedRequests> tiles,
-                         const tilecore::ColorAttachment& attachment) {
-  move_attachment(round, tiles, attachment, false);
-}
-
 void TileScheduler::move_attachment(WorkRecorder::Round& round, std::span<const SharedRequests> tiles,
                                     const tilecore::ColorAttachment& attachment, bool write) {
   TileArray array{write ? memory::Unit::kResolve : memory::Unit::kTilecore, memory::Purpose::kAttachment, write,
@@ -191,7 +186,7 @@ void TileScheduler::share_stores(WorkRecorder::Round& round, std::span<const Sha
   const auto finished = [&](binner::TileIndex tile) { return tiles[tile].finished; };
   const OrderedTiles all = this->tiles();
   if (actions.color) {
-    if (actions.load_color) load(round, tiles, *actions.color);
+    if (actions.load_color) move_attachment(round, tiles, *actions.color, false);
     move_attachment(round, tiles, *actions.color, true);
     if (const tilecore::FrameStore* const store = run_.job.store_of(*actions.color))
       share_signatures(round, tiles, *store, signature_memory().of_attachment(actions.color->number));
@@ -331,10 +326,10 @@ void TileScheduler::render(const ImagePass& pass) {
     count_work(result.counters, run_.result.maps.tiles[t]);
   });
   if (pass.copy != nullptr) {
-    load(round, shared, pass.copy->source);
+    move_attachment(round, shared, pass.copy->source, false);
     share_stores(round, shared, pass.copy->actions);
   }
-  if (pass.loads != nullptr) load(round, shared, *pass.loads);
+  if (pass.loads != nullptr) move_attachment(round, shared, *pass.loads, false);
   if (pass.share) pass.share(round);
   pass_end_(pass.name);
 }

@@ -143,12 +143,10 @@ class TileScheduler {
   // `place`: of the signatures that belong to `store`.
   void share_signatures(WorkRecorder::Round& round, std::span<const SharedRequests> tiles,
                         const tilecore::FrameStore& store, std::uint64_t place);
-  // Charges tiles for pixels of an attachment or, if it is compressed, for its headers: that began, or that stored.
+  // Charges the tiles that stored an attachment (`write`), or the tiles that began, which load it: for its pixels or, if it
+  // is compressed, for its headers.
   void move_attachment(WorkRecorder::Round& round, std::span<const SharedRequests> tiles,
                        const tilecore::ColorAttachment& attachment, bool write);
-  // Charges the tiles that began for loading an attachment.
-  void load(WorkRecorder::Round& round, std::span<const SharedRequests> tiles,
-            const tilecore::ColorAttachment& attachment);
   // Replays a rendered tile's requests to the units that all tiles share. Called tile by tile, in emulated order.
   void share(Round& round, binner::TileIndex tile);
 

@@ -396,6 +396,16 @@ const Attachment* PassGraph::find(std::string_view name) const {
   return found == attachments.end() ? nullptr : &*found;
 }
 
+bool is_velocity(const PassGraph& graph, std::string_view name) {
+  const Attachment* const declared = graph.find(name);
+  if (declared == nullptr || declared->format != AttachmentFormat::kRg16F) return false;
+  const auto samples = [&](const Subpass& subpass) {
+    return subpass.shader == PassShader::kTaa && std::ranges::find(subpass.sample, name) != subpass.sample.end();
+  };
+  return std::ranges::any_of(graph.passes,
+                             [&](const Pass& pass) { return std::ranges::any_of(pass.subpasses, samples); });
+}
+
 std::string_view depth_attachment(const PassGraph& graph, const Pass& pass) {
   for (const Subpass& subpass : pass.subpasses)
     for (const std::string& name : subpass.write)

@@ -101,6 +101,9 @@ struct PassGraph {
   const Attachment* find(std::string_view name) const;
 };
 
+// Whether temporal antialiasing samples an attachment as velocities: one of rg16f.
+bool is_velocity(const PassGraph& graph, std::string_view name);
+
 // The attachment in which a pass keeps its depth: one of a depth format that it writes, else `depth` where it draws.
 // Empty where the pass has no depth. The graph has passed find_fault().
 std::string_view depth_attachment(const PassGraph& graph, const Pass& pass);

@@ -21,40 +21,16 @@
 #include "gpu/settings.h"
 #include "reference/reference_store.h"
 #include "scene/capture_reader.h"
+#include "tests/support/pass_graphs.h"
 
 namespace tessera::bench {
 namespace {
 
 using Keys = std::vector<std::string>;
-using scene::AttachmentFormat;
 
 struct Shot {
   int width = 0, height = 0, frames = 0;
 };
-
-// A frame with temporal antialiasing: colours, velocities and depths; a history; a copy into the frame.
-scene::PassGraph antialiased() {
-  const auto attachment = [](const char* name, AttachmentFormat format) {
-    scene::Attachment made;
-    made.name = name, made.format = format;
-    return made;
-  };
-  const auto pass = [](const char* name, scene::Subpass subpass) {
-    scene::Pass made;
-    made.name = name, made.subpasses = {std::move(subpass)};
-    return made;
-  };
-  using enum scene::PassShader;
-  scene::PassGraph graph;
-  graph.attachments = {attachment("lit", AttachmentFormat::kRgba16F), attachment("velocity", AttachmentFormat::kRg16F),
-                       attachment("history", AttachmentFormat::kRgba16F)};
-  graph.attachments[2].life = scene::AttachmentLife::kPersistent;
-  graph.passes = {
-      pass("main", {scene::DrawFilter::kAll, kForward, {}, {"lit", "velocity"}, {}}),
-      pass("taa", {scene::DrawFilter::kNothing, kTaa, {}, {"history"}, {"lit", "velocity", "depth", "history"}}),
-      pass("final", {scene::DrawFilter::kNothing, kCopy, {}, {"frame"}, {"history"}})};
-  return graph;
-}
 
 struct Frames {
   std::vector<Image> shown;  // the second half
@@ -66,7 +42,7 @@ Frames render(scene::Capture capture, bool taa, const Keys& keys, const Shot& sh
   gpu::RunSettings settings;
   for (const std::string& key : keys) gpu::apply_setting(key, settings, gpu);
   capture.settings.graph.reset();
-  if (taa) capture.settings.graph = antialiased();
+  if (taa) capture.settings.graph = test::antialiasing();
   gpu::Device device(capture, gpu, settings, {shot.width, shot.height, {0, 0, shot.width, shot.height}});
   Frames out;
   for (int frame = 0; frame < shot.frames; ++frame) {

@@ -13,6 +13,8 @@
 #include "baselines/baseline_set.h"
 #include "gpu/device.h"
 #include "gpu/record_file.h"
+#include "gpu/shading_paths.h"
+#include "gpu/tile_memory.h"
 #include "replay/frame_files.h"
 #include "replay/machine_report.h"
 #include "replay/statistics.h"
@@ -63,6 +65,8 @@ RenderedPoint render_point(const PointRender& how, const SweepPoint& point, cons
   const Study& study = how.study;
   const PointConfiguration configuration = configure_point(study, point.steps);
   const scene::CaptureSettings& own = capture.capture->settings;
+  const gpu::RunSettings settings = gpu::follow_passes(*capture.capture, configuration.settings);
+  if (configuration.chosen_tile_memory) gpu::check_tile_memory(configuration.gpu, settings);
   gpu::RenderRequest request;
   request.width = configuration.size ? configuration.size->width : own.width;
   request.height = configuration.size ? configuration.size->height : own.height;
@@ -78,7 +82,7 @@ RenderedPoint render_point(const PointRender& how, const SweepPoint& point, cons
                               (study.baselines ? 64 : 32);
   memory.take(bytes);
   const Reserved reserved{memory, bytes};
-  gpu::Device device(capture.prepared, configuration.gpu, configuration.settings, request);
+  gpu::Device device(capture.prepared, configuration.gpu, settings, request);
   baselines::BaselineObserver schemes;
   if (study.baselines) device.set_observer(&schemes);
   FrameRange range = study.frames.value_or(FrameRange{own.first_frame, own.first_frame + own.frame_count});
@@ -86,8 +90,8 @@ RenderedPoint render_point(const PointRender& how, const SweepPoint& point, cons
 
   RenderedPoint out{json::array(), nullptr, {}};
   if (how.head || !study.splits.empty())
-    out.head = gpu::record_head(study.capture_names[point.capture], device.assembly(), configuration.gpu,
-                                configuration.settings, request.width, request.height);
+    out.head = gpu::record_head(study.capture_names[point.capture], device.assembly(), configuration.gpu, settings,
+                                request.width, request.height);
   for (int frame = range.first; frame < range.last; ++frame) {
     const Stopwatch watch;
     gpu::FrameResult result = device.render(frame);

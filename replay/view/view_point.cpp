@@ -10,6 +10,8 @@
 #include "base/option_numbers.h"
 #include "base/text.h"
 #include "gpu/record_file.h"
+#include "gpu/shading_paths.h"
+#include "gpu/taa.h"
 #include "gpu/tile_memory.h"
 
 namespace tessera::replay {
@@ -54,12 +56,11 @@ std::string shell_word(const std::string& text) {
   return !text.empty() && std::all_of(text.begin(), text.end(), plain) ? text : shell_quoted(text);
 }
 
-int ViewPoint::first_frame(int warmup) const {
-  return settings.resolve.desampling == tilecore::Desampling::kAdaptive ? std::max(0, frame - warmup) : frame;
-}
+int ViewPoint::first_frame(int warmup) const { return accumulates ? std::max(0, frame - warmup) : frame; }
 
 ViewSpace::ViewSpace(ViewStart start) : start_(std::move(start)), gpu_(gpu::load_gpu(start_.gpu)) {
   for (const std::string& text : start_.sets) gpu::apply_setting(text, settings_, gpu_);
+  settings_ = gpu::follow_passes(*start_.capture, settings_);
   const scene::CaptureSettings& capture = start_.capture->settings;
   first_ = start_.frame.value_or(capture.first_frame);
   request_.width = capture.width;
@@ -96,6 +97,8 @@ ViewPoint ViewSpace::point(Changes changes, int frame) const {
       sets_key(start_.sets, "tilecore.memory_bytes") || std::any_of(changes.begin(), changes.end(), is_memory));
   out.changes = std::move(changes);
   out.function = gpu::functional_json(out.gpu, out.settings);
+  out.accumulates = out.settings.resolve.desampling == tilecore::Desampling::kAdaptive ||
+                    gpu::antialiases(*start_.capture, out.settings);
   return out;
 }
 

@@ -37,8 +37,9 @@ struct ViewPoint {
   gpu::RunSettings settings;
   gpu::GpuConfiguration gpu;
   gpu::RenderRequest request;
-  std::string notice;       // notice about its machine; ""
-  nlohmann::json function;  // gpu::functional_json()
+  std::string notice;        // notice about its machine; ""
+  nlohmann::json function;   // gpu::functional_json()
+  bool accumulates = false;  // its frame has a history
 
   bool renders_as(const ViewPoint& other) const { return frame == other.frame && function == other.function; }
   // First of the frames that are rendered for the history of `frame`.

@@ -2,6 +2,7 @@
 // forms, tiles that are not stored again, tiles that are not rendered again, and images that do not change.
 #include "gpu/device.h"
 #include "gpu/settings.h"
+#include "tests/support/pass_graphs.h"
 #include "tests/support/tests.h"
 
 namespace tessera::gpu::attachment_storage_test {
@@ -19,6 +20,12 @@ using scene::Pass;
 using scene::PassGraph;
 using scene::PassShader;
 using scene::StoreAction;
+using test::attachment;
+using test::bursts;
+using test::copying;
+using test::drawing;
+using test::over_image;
+using test::with_graph;
 using Keys = std::vector<std::string>;
 
 constexpr int kWidth = 96, kHeight = 64, kTile = 16;
@@ -29,7 +36,7 @@ const std::string kRaw = "frame_buffer.compression=none", kCompressed = "frame_b
 const std::array<AttachmentFormat, 3> kFormats = {AttachmentFormat::kRgba8, AttachmentFormat::kRgb10A2,
                                                   AttachmentFormat::kRgba16F};
 
-// A plain background, 16 pixels a unit, and a patch that nobody sees.
+// A plain background, 16 pixels a unit, and a patch beside the image.
 Capture nothing() {
   Capture capture;
   const int plain = test::add_material(capture, {});
@@ -67,26 +74,13 @@ Capture squares(bool all, bool change) {
   return capture;
 }
 
-Pass copying(std::string name, std::string source, std::string target) {
-  Pass pass;
-  pass.name = std::move(name);
-  pass.subpasses = {{DrawFilter::kNothing, PassShader::kCopy, {}, {std::move(target)}, {std::move(source)}}};
-  return pass;
-}
-Attachment image(std::string name, AttachmentFormat format) {
-  Attachment attachment;
-  attachment.name = std::move(name), attachment.format = format;
-  return attachment;
-}
 // The surfaces go to `lit`, from there to `second` if there are two, and into the frame. `samples`: `lit` keeps all samples.
 PassGraph by_way_of(AttachmentFormat format, int attachments = 1, bool samples = false) {
-  Pass draw;
-  draw.name = "draw";
-  draw.subpasses = {{DrawFilter::kAll, PassShader::kForward, {}, {"lit"}, {}}};
+  Pass draw = drawing("lit");
   if (samples) draw.store = {{"lit", StoreAction::kStore}};
-  PassGraph graph{{image("lit", format)}, {draw}};
+  PassGraph graph{{attachment("lit", format)}, {draw}};
   if (attachments > 1) {
-    graph.attachments.push_back(image("second", format));
+    graph.attachments.push_back(attachment("second", format));
     graph.passes.push_back(copying("again", "lit", "second"));
   }
   graph.passes.push_back(copying("final", attachments > 1 ? "second" : "lit", "frame"));
@@ -95,12 +89,9 @@ PassGraph by_way_of(AttachmentFormat format, int attachments = 1, bool samples =
 // A G-buffer in memory, whose light pass stores into `lit`.
 PassGraph lit_apart(AttachmentFormat format) {
   PassGraph graph = by_way_of(format);
-  for (const char* name : {"a", "b"}) graph.attachments.push_back(image(name, AttachmentFormat::kRgba16F));
+  for (const char* name : {"a", "b"}) graph.attachments.push_back(attachment(name, AttachmentFormat::kRgba16F));
   graph.passes[0].subpasses = {{DrawFilter::kAll, PassShader::kGbuffer, {}, {"a", "b"}, {}}};
-  Pass light;
-  light.name = "light";
-  light.subpasses = {{DrawFilter::kNothing, PassShader::kLight, {}, {"lit"}, {"a", "b", "depth"}}};
-  graph.passes.insert(graph.passes.begin() + 1, light);
+  graph.passes.insert(graph.passes.begin() + 1, over_image("light", PassShader::kLight, {"a", "b", "depth"}, "lit"));
   return graph;
 }
 
@@ -115,9 +106,7 @@ std::vector<FrameResult> frames_of(Capture capture, const PassGraph& graph, cons
   for (const char* key : {"tile.width=16", "tile.height=16", "frame_buffer.compression=none"})
     apply_setting(key, settings, gpu);
   for (const std::string& key : keys) apply_setting(key, settings, gpu);
-  capture.settings.graph = graph;
-  const std::optional<scene::GraphFault> fault = find_fault(graph);
-  EXPECT_FALSE(fault) << fault->pointer << " " << fault->text;
+  capture = with_graph(std::move(capture), graph);
   RenderRequest request{run.width, run.height, {0, 0, run.width, run.height}};
   request.record_accesses = run.record_accesses;
   Device device(capture, gpu, settings, request);
@@ -132,7 +121,6 @@ std::uint64_t stored(const FrameCounters& counters) {
 std::uint64_t loaded(const FrameCounters& counters) {
   return counters.ledger.traffic(Unit::kTilecore, Purpose::kAttachment).read_bytes;
 }
-std::uint64_t bursts(std::uint64_t bytes) { return round_up(bytes, 64); }
 std::uint64_t bytes_of(AttachmentFormat format) { return static_cast<std::uint64_t>(sample_bits(format) / 8); }
 
 bool same_image(const FrameResult& a, const FrameResult& b) { return a.targets.color.values == b.targets.color.values; }
@@ -180,7 +168,7 @@ TEST(AttachmentStorage, ALoadReadsTheStoredBytes) {  // AST1, AST2
     }
 }
 
-// The bytes of a tile's own work are those of the ledger, so clocks and the memory see them.
+// Tiles request as many bytes as the ledger counts, so clocks and the memory see them.
 TEST(AttachmentStorage, TilesMoveTheBytesOfTheLedger) {
   for (const char* timing : {"machine.timing=events", "machine.timing=phases"})
     for (const AttachmentFormat format : kFormats) {
@@ -214,7 +202,7 @@ std::array<std::map<std::uint64_t, int>, 2> bursts_moved(const FrameResult& fram
   return moved;
 }
 
-// No two attachments, blocks or headers share a burst, and what is read was written.
+// No two attachments, blocks or headers share a burst, and a pass reads only bursts that were written.
 TEST(AttachmentStorage, EveryBurstIsWrittenOnceAndReadOnce) {  // AST2
   for (const std::string& key : {kRaw, kCompressed})
     for (const auto& [width, height] : {std::pair{kWidth, kHeight}, {100, 70}}) {
@@ -293,7 +281,7 @@ TEST(AttachmentStorage, AStillAttachmentIsStoredOnce) {  // AST1, AST3
         EXPECT_TRUE(same_image(found[f], plain[f]));
         EXPECT_EQ(found[f].counters.store.wrong_matches, 0u);
         EXPECT_EQ(loaded(found[f].counters), loaded(plain[f].counters)) << "copies read what is there";
-        // Frame 7 does not follow, so nothing is known of what is there.
+        // Frame 7 does not follow frame 5, so the machine does not know the content of the memory.
         const bool known = f == 1 || f == 2;
         EXPECT_EQ(stored(found[f].counters), known ? 0 : stored(plain[f].counters)) << f;
         const auto attachments = static_cast<std::uint64_t>(kind.attachments), arrays = attachments + 1;
@@ -308,7 +296,7 @@ TEST(AttachmentStorage, AStillAttachmentIsStoredOnce) {  // AST1, AST3
     }
 }
 
-// Of one tile the colour changes: that tile is stored again, and no other.
+// The colour of one tile changes: the machine stores that tile again, and no other.
 TEST(AttachmentStorage, AChangedTileIsStoredAgain) {  // AST1, AST3
   for (Stored& kind : kinds_of_storage()) {
     Keys keys = kind.keys;

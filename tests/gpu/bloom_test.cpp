@@ -8,6 +8,7 @@
 #include "gpu/device.h"
 #include "gpu/settings.h"
 #include "shaders_cpp/bloom.h"
+#include "tests/support/pass_graphs.h"
 #include "tests/support/tests.h"
 
 namespace tessera::gpu::bloom_test {
@@ -22,6 +23,11 @@ using scene::DrawFilter;
 using scene::Pass;
 using scene::PassGraph;
 using scene::PassShader;
+using test::attachment;
+using test::bursts;
+using test::drawing;
+using test::over_image;
+using test::with_graph;
 using Keys = std::vector<std::string>;
 
 // ---- The filters -------------------------------------------------------------------------------------------------
@@ -149,36 +155,16 @@ scene::Capture cards() {
   return capture;
 }
 
-Pass drawing(std::string target) {
-  Pass pass;
-  pass.name = "draw";
-  pass.subpasses = {{DrawFilter::kAll, PassShader::kForward, {}, {std::move(target)}, {}}};
-  return pass;
-}
-Pass over_image(std::string name, PassShader shader, std::vector<std::string> sources, std::string target) {
-  Pass pass;
-  pass.name = std::move(name);
-  pass.subpasses = {{DrawFilter::kNothing, shader, {}, {std::move(target)}, std::move(sources)}};
-  return pass;
-}
-Attachment image(std::string name, AttachmentFormat format) {
-  Attachment attachment;
-  attachment.name = std::move(name), attachment.format = format;
-  return attachment;
-}
-
 PassGraph blooming(int levels, AttachmentFormat format = AttachmentFormat::kR11G11B10F) {
-  PassGraph graph{{image("lit", AttachmentFormat::kRgba16F), image("glow", format)},
-                  {drawing("lit"), over_image("bloom", PassShader::kBloom, {"lit"}, "glow"),
-                   over_image("final", PassShader::kTonemap, {"lit", "glow"}, "frame")}};
-  graph.attachments[1].scale = 0.5, graph.attachments[1].levels = levels;
-  return graph;
+  return {{attachment("lit", AttachmentFormat::kRgba16F), attachment("glow", format, 0.5, levels)},
+          {drawing("lit"), over_image("bloom", PassShader::kBloom, {"lit"}, "glow"),
+           over_image("final", PassShader::kTonemap, {"lit", "glow"}, "frame")}};
 }
 PassGraph mapping_on_chip() {
   Pass pass = drawing("lit");
   pass.subpasses.push_back({DrawFilter::kNothing, PassShader::kTonemap, {"lit"}, {"frame"}, {}});
   pass.lists_subpasses = true;
-  return {{image("lit", AttachmentFormat::kRgba16F)}, {pass}};
+  return {{attachment("lit", AttachmentFormat::kRgba16F)}, {pass}};
 }
 
 struct Size {
@@ -190,17 +176,10 @@ FrameResult frame_of(std::optional<PassGraph> graph, Size size, const Keys& keys
   GpuConfiguration gpu;
   apply_setting("frame_buffer.compression=none", settings, gpu);
   for (const std::string& key : keys) apply_setting(key, settings, gpu);
-  scene::Capture capture = cards();
-  capture.settings.graph = std::move(graph);
-  if (capture.settings.graph) {
-    const std::optional<scene::GraphFault> fault = find_fault(*capture.settings.graph);
-    EXPECT_FALSE(fault) << fault->pointer << " " << fault->text;
-  }
+  const scene::Capture capture = with_graph(cards(), std::move(graph));
   if (region.width() == 0) region = {0, 0, size.width, size.height};
   return Device(capture, gpu, settings, {size.width, size.height, region}).render(0);
 }
-
-std::uint64_t bursts(std::uint64_t bytes) { return round_up(bytes, 64); }
 
 Traffic attachments(const FrameCounters& counters) {
   Traffic sum;

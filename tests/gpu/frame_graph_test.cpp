@@ -2,6 +2,7 @@
 // forms, unchanged images, and refusals, each with its place in the file.
 #include "gpu/device.h"
 #include "gpu/settings.h"
+#include "tests/support/pass_graphs.h"
 #include "tests/support/tests.h"
 
 namespace tessera::gpu::frame_graph_test {
@@ -19,6 +20,12 @@ using scene::PassGraph;
 using scene::PassShader;
 using scene::StoreAction;
 using scene::Subpass;
+using test::attachment;
+using test::bursts;
+using test::by_way_of;
+using test::copying;
+using test::drawing;
+using test::with_graph;
 using Keys = std::vector<std::string>;
 
 constexpr int kWidth = 100, kHeight = 70;  // no multiples of a tile
@@ -48,28 +55,6 @@ scene::Capture slope(bool glass = false) {
   return capture;
 }
 
-Pass drawing(std::string target, DrawFilter draw = DrawFilter::kAll) {
-  Pass pass;
-  pass.name = "draw";
-  pass.subpasses = {{draw, PassShader::kForward, {}, {std::move(target)}, {}}};
-  return pass;
-}
-Pass copying(std::string name, std::string source, std::string target) {
-  Pass pass;
-  pass.name = std::move(name);
-  pass.subpasses = {{DrawFilter::kNothing, PassShader::kCopy, {}, {std::move(target)}, {std::move(source)}}};
-  return pass;
-}
-Attachment image(std::string name, AttachmentFormat format) {
-  Attachment attachment;
-  attachment.name = std::move(name), attachment.format = format;
-  return attachment;
-}
-// The surfaces go to `lit` and from there into the frame.
-PassGraph by_way_of(AttachmentFormat format) {
-  return {{image("lit", format)}, {drawing("lit"), copying("final", "lit", "frame")}};
-}
-
 struct Machine {
   RunSettings settings;
   GpuConfiguration gpu;
@@ -84,11 +69,7 @@ Machine machine_of(const Keys& keys) {
 std::vector<FrameResult> frames_of(scene::Capture capture, std::optional<PassGraph> graph, const Keys& keys = {},
                                    int count = 1, int width = kWidth, int height = kHeight) {
   const Machine machine = machine_of(keys);
-  capture.settings.graph = std::move(graph);
-  if (capture.settings.graph) {
-    const std::optional<scene::GraphFault> fault = find_fault(*capture.settings.graph);
-    EXPECT_FALSE(fault) << fault->pointer << " " << fault->text;
-  }
+  capture = with_graph(std::move(capture), std::move(graph));
   Device device(capture, machine.gpu, machine.settings, {width, height, {0, 0, width, height}});
   std::vector<FrameResult> frames;
   for (int frame = 0; frame < count; ++frame) frames.push_back(device.render(frame));
@@ -101,7 +82,6 @@ FrameResult frame_of(scene::Capture capture, std::optional<PassGraph> graph, con
 Traffic moved(const FrameCounters& counters, Unit unit, Purpose purpose) {
   return counters.ledger.traffic(unit, purpose);
 }
-std::uint64_t bursts(std::uint64_t bytes) { return round_up(bytes, 64); }
 
 bool same_image(const FrameResult& a, const FrameResult& b) { return a.targets.color.values == b.targets.color.values; }
 
@@ -294,7 +274,7 @@ TEST(FrameGraph, SeparateResolvesBeforeAPostPassMoveTheBytesOfTheClosedForm) {
   };
   PassGraph on_chip = by_way_of(AttachmentFormat::kRgba8), apart = on_chip;
   on_chip.passes[0].store = {{"depth", StoreAction::kResolve}};
-  apart.attachments.push_back(image("resolved", AttachmentFormat::kRgba8));
+  apart.attachments.push_back(attachment("resolved", AttachmentFormat::kRgba8));
   apart.passes = {drawing("lit"), copying("resolve", "lit", "resolved"), copying("post", "resolved", "frame")};
   apart.passes[0].store = {{"lit", StoreAction::kStore}, {"depth", StoreAction::kStore}};
   const FrameResult one = render(on_chip), two = render(apart);
@@ -310,7 +290,7 @@ TEST(FrameGraph, SeparateResolvesBeforeAPostPassMoveTheBytesOfTheClosedForm) {
 
 TEST(FrameGraph, ChainsOfCopiesAndPartialRendersKeepImagesAndBytes) {
   PassGraph chain = by_way_of(AttachmentFormat::kRgba16F);
-  chain.attachments.push_back(image("again", AttachmentFormat::kRgba16F));
+  chain.attachments.push_back(attachment("again", AttachmentFormat::kRgba16F));
   chain.passes = {copying("final", "again", "frame"), drawing("lit"), copying("second", "lit", "again")};
   const FrameResult once = frame_of(slope(), by_way_of(AttachmentFormat::kRgba16F)), twice = frame_of(slope(), chain);
   EXPECT_TRUE(same_image(once, twice)) << "half floats are half floats";
@@ -349,7 +329,7 @@ Pass depths() {
 }
 // The first pass leaves parameters of surfaces in two attachments and, on chip, lights them into `lit`.
 void gbuffer(PassGraph& graph, bool lights) {
-  for (const char* name : {"a", "b"}) graph.attachments.push_back(image(name, AttachmentFormat::kRgba16F));
+  for (const char* name : {"a", "b"}) graph.attachments.push_back(attachment(name, AttachmentFormat::kRgba16F));
   Pass& pass = graph.passes[0];
   pass.lists_subpasses = lights;
   pass.subpasses = {{DrawFilter::kAll, PassShader::kGbuffer, {}, {"a", "b"}, {}}};
@@ -424,13 +404,13 @@ const std::vector<Refused> kRefused = {
     {"Size",
      [](PassGraph& g) {
        g.attachments[0].scale = 0.5, g.passes[0].subpasses[0].write.push_back("z"),
-       g.attachments.push_back(image("z", AttachmentFormat::kD16)), g.attachments[1].scale = 0.5;
+       g.attachments.push_back(attachment("z", AttachmentFormat::kD16)), g.attachments[1].scale = 0.5;
      },
      "/passes/0/write: is 'lit', which has another size than the frame"},
     {"BloomOfSamples",
      [](PassGraph& g) {
        g.passes[0].store = {{"lit", StoreAction::kStore}};
-       g.attachments.push_back(image("glow", AttachmentFormat::kRgba16F));
+       g.attachments.push_back(attachment("glow", AttachmentFormat::kRgba16F));
        Pass bloom = copying("bloom", "lit", "glow");
        bloom.subpasses[0].shader = PassShader::kBloom;
        g.passes.insert(g.passes.begin() + 1, bloom);
@@ -438,7 +418,7 @@ const std::vector<Refused> kRefused = {
      "/passes/1/sample: is 'lit', which keeps 4 samples a pixel: a bloom reads resolved colours"},
     {"TwoColors",
      [](PassGraph& g) {
-       g.attachments.push_back(image("more", AttachmentFormat::kRgba8)),
+       g.attachments.push_back(attachment("more", AttachmentFormat::kRgba8)),
            g.passes[0].subpasses[0].write.push_back("more");
      },
      "/passes/0/write: are several colours: this machine renders one"},

@@ -12,6 +12,7 @@
 #include "shaders_cpp/taa.h"
 #include "shaders_cpp/tone_map.h"
 #include "tests/support/gltf_asset.h"
+#include "tests/support/pass_graphs.h"
 #include "tests/support/tests.h"
 
 namespace tessera::gpu::taa_test {
@@ -28,6 +29,12 @@ using scene::PassShader;
 using scene::StoreAction;
 using shaders::TaaImages;
 using shaders::TaaSettings;
+using test::antialiasing;
+using test::attachment;
+using test::bursts;
+using test::by_way_of;
+using test::over_image;
+using test::with_graph;
 using Keys = std::vector<std::string>;
 
 // ---- The filter --------------------------------------------------------------------------------------------------
@@ -253,38 +260,6 @@ scene::Capture cards(const DVec3& camera_way = {}, const DVec3& card_way = {}) {
   return capture;
 }
 
-Attachment image(std::string name, AttachmentFormat format) {
-  Attachment attachment;
-  attachment.name = std::move(name), attachment.format = format;
-  return attachment;
-}
-Pass over_image(std::string name, PassShader shader, std::vector<std::string> sources, std::string target) {
-  Pass pass;
-  pass.name = std::move(name);
-  pass.subpasses = {{DrawFilter::kNothing, shader, {}, {std::move(target)}, std::move(sources)}};
-  return pass;
-}
-
-PassGraph antialiasing(bool depths = true) {
-  PassGraph graph{{image("lit", AttachmentFormat::kRgba16F), image("velocity", AttachmentFormat::kRg16F),
-                   image("history", AttachmentFormat::kRgba16F)},
-                  {{},
-                   over_image("taa", PassShader::kTaa, {"lit", "velocity", "history"}, "history"),
-                   over_image("final", PassShader::kCopy, {"history"}, "frame")}};
-  graph.attachments[2].life = scene::AttachmentLife::kPersistent;
-  graph.passes[0].name = "draw";
-  graph.passes[0].subpasses = {{DrawFilter::kAll, PassShader::kForward, {}, {"lit", "velocity"}, {}}};
-  if (depths) graph.passes[1].subpasses[0].sample.push_back("depth");
-  return graph;
-}
-PassGraph copying() {
-  PassGraph graph{{image("lit", AttachmentFormat::kRgba16F)},
-                  {{}, over_image("final", PassShader::kCopy, {"lit"}, "frame")}};
-  graph.passes[0].name = "draw";
-  graph.passes[0].subpasses = {{DrawFilter::kAll, PassShader::kForward, {}, {"lit"}, {}}};
-  return graph;
-}
-
 struct Machine {
   RunSettings settings;
   GpuConfiguration gpu;
@@ -295,15 +270,6 @@ struct Machine {
     for (const std::string& key : keys) apply_setting(key, settings, gpu);
   }
 };
-
-scene::Capture with(scene::Capture capture, std::optional<PassGraph> graph) {
-  if (graph) {
-    const std::optional<scene::GraphFault> fault = find_fault(*graph);
-    EXPECT_FALSE(fault) << fault->pointer << " " << fault->text;
-  }
-  capture.settings.graph = std::move(graph);
-  return capture;
-}
 
 std::vector<FrameResult> frames_of(const scene::Capture& capture, std::vector<int> numbers, const Keys& keys = {},
                                    Size size = kSize) {
@@ -330,11 +296,9 @@ Image shown(const Image& color) {
 }
 // 64 samples of a frame, shaded each on its own.
 Image converged(const scene::Capture& capture, int frame) {
-  return shown(
-      frames_of(with(capture, {}), {frame}, {"sampling.samples_per_pixel=64", "shading.rate=sample"})[0].targets.color);
+  return shown(frames_of(with_graph(capture, {}), {frame}, {"sampling.samples_per_pixel=64", "shading.rate=sample"})[0]
+                   .targets.color);
 }
-
-std::uint64_t bursts(std::uint64_t bytes) { return round_up(bytes, 64); }
 
 Traffic attachments(const FrameCounters& counters) {
   Traffic sum;
@@ -350,7 +314,7 @@ TEST(Taa, BytesAndLookupsAreClosedForms) {  // TAP1
     for (const bool depths : {true, false})
       for (const char* samples : {"sampling.samples_per_pixel=1", "sampling.samples_per_pixel=4"}) {
         const std::vector<FrameResult> frames =
-            frames_of(with(cards(), antialiasing(depths)), {3, 4, 5}, {samples}, size);
+            frames_of(with_graph(cards(), antialiasing(depths)), {3, 4, 5}, {samples}, size);
         const std::uint64_t pixels = static_cast<std::uint64_t>(size.width) * static_cast<std::uint64_t>(size.height),
                             colors = bursts(8 * pixels), fours = bursts(4 * pixels);
         for (std::size_t f = 0; f < 3; ++f) {
@@ -369,8 +333,8 @@ TEST(Taa, BytesAndLookupsAreClosedForms) {  // TAP1
 }
 
 TEST(Taa, TakesTimeAndEnergyInWarpsThatAreCounted) {
-  const std::vector<FrameResult> frames = frames_of(with(cards(), antialiasing()), {0, 1}),
-                                 plain = frames_of(with(cards(), copying()), {0, 1});
+  const std::vector<FrameResult> frames = frames_of(with_graph(cards(), antialiasing()), {0, 1}),
+                                 plain = frames_of(with_graph(cards(), by_way_of(AttachmentFormat::kRgba16F)), {0, 1});
   for (std::size_t f = 0; f < 2; ++f) {
     EXPECT_GT(frames[f].model->timing.cycles, plain[f].model->timing.cycles);
     EXPECT_GT(frames[f].model->energy.total_nj(), plain[f].model->energy.total_nj());
@@ -388,8 +352,8 @@ TEST(Taa, TakesTimeAndEnergyInWarpsThatAreCounted) {
 // The places of eight frames are the samples of one image; the history gathers their mean.
 TEST(Taa, AStillSceneConverges) {
   const Image truth = converged(cards(), 0);
-  const std::vector<FrameResult> frames = frames_of(with(cards(), antialiasing()), first(16)),
-                                 jittered = frames_of(with(cards(), antialiasing()), first(8), {"post.taa=1"});
+  const std::vector<FrameResult> frames = frames_of(with_graph(cards(), antialiasing()), first(16)),
+                                 jittered = frames_of(with_graph(cards(), antialiasing()), first(8), {"post.taa=1"});
   const auto db = [&](std::size_t f) { return psnr(shown(frames[f].targets.color), truth); };
   EXPECT_GT(db(1), db(0) + 1);
   EXPECT_GT(db(3), db(1) + 1);
@@ -405,7 +369,8 @@ TEST(Taa, AStillSceneConverges) {
   EXPECT_GT(psnr(shown(mean), truth), db(0) + 8);
   EXPECT_GT(psnr(shown(frames[7].targets.color), shown(mean)), 32);
   // The twin: a mean of unjittered frames is as coarse as one of them.
-  const Image plain = shown(frames_of(with(cards(), copying()), {0})[0].targets.color);
+  const Image plain =
+      shown(frames_of(with_graph(cards(), by_way_of(AttachmentFormat::kRgba16F)), {0})[0].targets.color);
   EXPECT_LT(psnr(plain, truth), db(7) - 6);
 }
 
@@ -416,12 +381,14 @@ TEST(Taa, AMovingCameraKeepsTheGain) {                 // SV3
   const Image truth = converged(moving, last);
   for (const bool depths : {true, false}) {
     const Image with_history =
-                    shown(frames_of(with(moving, antialiasing(depths)), first(last + 1)).back().targets.color),
-                without = shown(frames_of(with(moving, copying()), {last})[0].targets.color);
+                    shown(frames_of(with_graph(moving, antialiasing(depths)), first(last + 1)).back().targets.color),
+                without = shown(
+                    frames_of(with_graph(moving, by_way_of(AttachmentFormat::kRgba16F)), {last})[0].targets.color);
     EXPECT_GT(psnr(with_history, truth), psnr(without, truth) + 3) << depths;
   }
   // The twin: a history that is not reprojected is worse than none, though it is clipped.
-  const std::vector<FrameResult> jittered = frames_of(with(moving, antialiasing()), first(last + 1), {"post.taa=1"});
+  const std::vector<FrameResult> jittered =
+      frames_of(with_graph(moving, antialiasing()), first(last + 1), {"post.taa=1"});
   Image history = jittered[0].targets.color;
   const Image still = filled(kSize.width, kSize.height, 2, 0);
   for (std::size_t f = 1; f < jittered.size(); ++f) {
@@ -433,7 +400,7 @@ TEST(Taa, AMovingCameraKeepsTheGain) {                 // SV3
       }
     history = next;
   }
-  const Image right = shown(frames_of(with(moving, antialiasing()), first(last + 1)).back().targets.color);
+  const Image right = shown(frames_of(with_graph(moving, antialiasing()), first(last + 1)).back().targets.color);
   EXPECT_LT(psnr(shown(history), truth), psnr(right, truth) - 3);
 }
 
@@ -441,8 +408,9 @@ TEST(Taa, AMovingCardLeavesLittleBehind) {
   const scene::Capture moving = cards({}, {0.4, 4, 0});  // clear of the other cards
   const int last = 9;
   const Image truth = converged(moving, last);
-  const Image with_history = shown(frames_of(with(moving, antialiasing()), first(last + 1)).back().targets.color),
-              without = shown(frames_of(with(moving, copying()), {last})[0].targets.color);
+  const Image with_history = shown(frames_of(with_graph(moving, antialiasing()), first(last + 1)).back().targets.color),
+              without =
+                  shown(frames_of(with_graph(moving, by_way_of(AttachmentFormat::kRgba16F)), {last})[0].targets.color);
   EXPECT_GT(psnr(with_history, truth), psnr(without, truth) + 1.5);
 }
 
@@ -482,13 +450,13 @@ TEST(Taa, NothingMovesWhereNothingMoves) {  // SV1
   scene::Camera camera;
   test::add_camera(plain, {0, 0, 7}, camera);
   plain.settings.background = Vec3(0.25f, 0.5f, 0.75f);
-  const std::vector<FrameResult> frames = frames_of(with(plain, antialiasing()), first(4));
+  const std::vector<FrameResult> frames = frames_of(with_graph(plain, antialiasing()), first(4));
   for (std::size_t f = 1; f < 4; ++f) EXPECT_EQ(frames[f].targets.color.values, frames[0].targets.color.values);
 }
 
 TEST(Taa, WithoutThePassAFrameIsTheSame) {  // TAP3
-  const std::vector<FrameResult> off = frames_of(with(cards(), antialiasing()), {0, 1}, {"post.taa=0"}),
-                                 plain = frames_of(with(cards(), copying()), {0, 1});
+  const std::vector<FrameResult> off = frames_of(with_graph(cards(), antialiasing()), {0, 1}, {"post.taa=0"}),
+                                 plain = frames_of(with_graph(cards(), by_way_of(AttachmentFormat::kRgba16F)), {0, 1});
   for (std::size_t f = 0; f < 2; ++f) {
     EXPECT_EQ(off[f].targets.color.values, plain[f].targets.color.values);
     EXPECT_EQ(counter_values(off[f].counters), counter_values(plain[f].counters));
@@ -497,18 +465,18 @@ TEST(Taa, WithoutThePassAFrameIsTheSame) {  // TAP3
     EXPECT_EQ(off[f].model->timing.cycles, plain[f].model->timing.cycles);
     EXPECT_EQ(off[f].passes.size(), 2u);
   }
-  const std::vector<FrameResult> on = frames_of(with(cards(), antialiasing()), {0, 1});
+  const std::vector<FrameResult> on = frames_of(with_graph(cards(), antialiasing()), {0, 1});
   EXPECT_NE(on[1].targets.color.values, plain[1].targets.color.values);
 }
 
 TEST(Taa, AGapOrACutBeginsAgain) {  // TAP2
-  const scene::Capture capture = with(cards({0.9, 0, 0}), antialiasing());
+  const scene::Capture capture = with_graph(cards({0.9, 0, 0}), antialiasing());
   const std::vector<FrameResult> gap = frames_of(capture, {0, 1, 6, 7}), fresh = frames_of(capture, {6, 7});
   EXPECT_EQ(gap[2].targets.color.values, fresh[0].targets.color.values);
   EXPECT_EQ(gap[3].targets.color.values, fresh[1].targets.color.values);
   EXPECT_NE(frames_of(capture, {5, 6, 7})[2].targets.color.values, fresh[1].targets.color.values);
   // 133 pixels a frame: every frame is a cut.
-  const scene::Capture jumps = with(cards({250, 0, 0}), antialiasing());
+  const scene::Capture jumps = with_graph(cards({250, 0, 0}), antialiasing());
   const std::vector<FrameResult> cut = frames_of(jumps, {0, 1}), after = frames_of(jumps, {1});
   EXPECT_EQ(cut[1].targets.color.values, after[0].targets.color.values);
   EXPECT_EQ(cut[1].counters.post.lookups, after[0].counters.post.lookups);
@@ -517,7 +485,7 @@ TEST(Taa, AGapOrACutBeginsAgain) {  // TAP2
 }
 
 TEST(Taa, DoesNotHangOnTilesBuffersAndThreads) {
-  const scene::Capture capture = with(cards({1.1, 0.4, 0}, {2, 0, 0}), antialiasing());
+  const scene::Capture capture = with_graph(cards({1.1, 0.4, 0}, {2, 0, 0}), antialiasing());
   const std::vector<FrameResult> expected = frames_of(capture, first(3));
   for (const Keys& keys :
        {Keys{"tile.width=8", "tile.height=8"}, Keys{"parameter_buffer.bytes=2048"},
@@ -538,7 +506,7 @@ TEST(Taa, DoesNotHangOnTilesBuffersAndThreads) {
 
 // Both eyes have a history of their own.
 TEST(Taa, EyesKeepTheirHistoriesApart) {
-  const scene::Capture capture = with(cards({1.1, 0.4, 0}), antialiasing());
+  const scene::Capture capture = with_graph(cards({1.1, 0.4, 0}), antialiasing());
   const std::vector<FrameResult> one = frames_of(capture, first(3)),
                                  two = frames_of(capture, first(3), {"stereo.eye_separation=0.4"});
   EXPECT_EQ(two[2].targets.color.values, one[2].targets.color.values);
@@ -548,19 +516,19 @@ TEST(Taa, EyesKeepTheirHistoriesApart) {
   for (scene::Animation& animation : other.animations)
     for (scene::AnimationChannel& channel : animation.channels)
       for (std::size_t i = 0; i < channel.values.size(); i += 3) channel.values[i] += 0.4f;
-  const std::vector<FrameResult> right = frames_of(with(other, antialiasing()), first(3));
+  const std::vector<FrameResult> right = frames_of(with_graph(other, antialiasing()), first(3));
   EXPECT_GT(psnr(shown(two[2].right->targets.color), shown(right[2].targets.color)), 45);
 }
 
 TEST(Taa, BloomAndToneMapReadTheHistory) {
   PassGraph graph = antialiasing();
-  graph.attachments.push_back(image("glow", AttachmentFormat::kR11G11B10F));
+  graph.attachments.push_back(attachment("glow", AttachmentFormat::kR11G11B10F));
   graph.attachments.back().scale = 0.5, graph.attachments.back().levels = 3;
   graph.passes.insert(graph.passes.begin() + 2, over_image("bloom", PassShader::kBloom, {"history"}, "glow"));
   graph.passes[3] = over_image("final", PassShader::kTonemap, {"history", "glow"}, "frame");
-  const std::vector<FrameResult> both = frames_of(with(cards(), graph), first(3)),
-                                 one = frames_of(with(cards(), antialiasing()), first(3)),
-                                 none = frames_of(with(cards(), graph), first(3), {"post.bloom=0"});
+  const std::vector<FrameResult> both = frames_of(with_graph(cards(), graph), first(3)),
+                                 one = frames_of(with_graph(cards(), antialiasing()), first(3)),
+                                 none = frames_of(with_graph(cards(), graph), first(3), {"post.bloom=0"});
   EXPECT_EQ(none[2].targets.color.values, one[2].targets.color.values);
   EXPECT_NE(both[2].targets.color.values, one[2].targets.color.values);
   EXPECT_EQ(both[2].passes[1].name, "taa");
@@ -570,7 +538,7 @@ TEST(Taa, BloomAndToneMapReadTheHistory) {
 // A G-buffer on chip, or depths first, with velocities beside the colours.
 TEST(Taa, AntialiasesEveryPathThatACaptureNames) {
   PassGraph gbuffer = antialiasing(), prepass = antialiasing();
-  for (const char* name : {"a", "b"}) gbuffer.attachments.push_back(image(name, AttachmentFormat::kRgba16F));
+  for (const char* name : {"a", "b"}) gbuffer.attachments.push_back(attachment(name, AttachmentFormat::kRgba16F));
   Pass& draw = gbuffer.passes[0];
   draw.lists_subpasses = true;
   draw.subpasses = {{DrawFilter::kAll, PassShader::kGbuffer, {}, {"a", "b", "velocity"}, {}},
@@ -582,9 +550,10 @@ TEST(Taa, AntialiasesEveryPathThatACaptureNames) {
   prepass.passes.insert(prepass.passes.begin(), depths);
   const scene::Capture moving = cards({0.3, 0, 0});
   for (const auto& [graph, path] : {std::pair{gbuffer, "shading.path=gbuffer"}, {prepass, "shading.path=prepass"}}) {
-    const FrameResult named = std::move(frames_of(with(moving, graph), first(3)).back()),
-                      chosen = std::move(
-                          frames_of(with(moving, antialiasing()), first(3), {"gbuffer.layout=packed", path}).back());
+    const FrameResult
+        named = std::move(frames_of(with_graph(moving, graph), first(3)).back()),
+        chosen =
+            std::move(frames_of(with_graph(moving, antialiasing()), first(3), {"gbuffer.layout=packed", path}).back());
     EXPECT_EQ(named.targets.color.values, chosen.targets.color.values) << path;
     EXPECT_EQ(attachments(named.counters).written_bytes, attachments(chosen.counters).written_bytes) << path;
     EXPECT_EQ(named.model->timing.cycles, chosen.model->timing.cycles) << path;
@@ -612,7 +581,7 @@ const std::vector<Refused> kRefused = {
      "/passes/1/sample: is not 'lit', where the pass before left its colours"},
     {"AnotherTarget",
      [](PassGraph& g) {
-       g.attachments.push_back(image("more", AttachmentFormat::kRgba16F));
+       g.attachments.push_back(attachment("more", AttachmentFormat::kRgba16F));
        g.passes[1].subpasses[0].write = {"more"}, g.passes[2].subpasses[0].sample = {"more"};
        g.passes.push_back(over_image("keep", PassShader::kCopy, {"more"}, "history"));
      },
@@ -623,7 +592,7 @@ const std::vector<Refused> kRefused = {
      "/passes/1/write: is 'history', which has another size than the frame"},
     {"Twice",
      [](PassGraph& g) {
-       g.attachments.push_back(image("second", AttachmentFormat::kRgba16F));
+       g.attachments.push_back(attachment("second", AttachmentFormat::kRgba16F));
        g.attachments.back().life = scene::AttachmentLife::kPersistent;
        g.passes.insert(g.passes.begin() + 2,
                        over_image("again", PassShader::kTaa, {"history", "velocity", "second"}, "second"));
@@ -632,14 +601,14 @@ const std::vector<Refused> kRefused = {
      "/passes/2: is a second temporal antialiasing: this machine runs one"},
     {"BehindACopy",
      [](PassGraph& g) {
-       g.attachments.push_back(image("more", AttachmentFormat::kRgba16F));
+       g.attachments.push_back(attachment("more", AttachmentFormat::kRgba16F));
        g.passes.insert(g.passes.begin() + 1, over_image("copy", PassShader::kCopy, {"lit"}, "more"));
        g.passes[2].subpasses[0].sample = {"more", "velocity", "history"};
      },
      "/passes/2: runs behind a copy: this machine antialiases the colours of the pass that draws"},
     {"BehindABloom",
      [](PassGraph& g) {
-       g.attachments.push_back(image("glow", AttachmentFormat::kRgba16F));
+       g.attachments.push_back(attachment("glow", AttachmentFormat::kRgba16F));
        g.passes.insert(g.passes.begin() + 1, over_image("bloom", PassShader::kBloom, {"lit"}, "glow"));
      },
      "/passes/2: runs behind a bloom: this machine antialiases the colours of the pass that draws"},
@@ -665,7 +634,7 @@ const std::vector<Refused> kRefused = {
      "/passes/0/load/velocity: loads velocities, which the pass writes in every pixel"},
     {"VelocitiesThatNobodyReads",
      [](PassGraph& g) {
-       g.attachments.push_back(image("more", AttachmentFormat::kRg16F)),
+       g.attachments.push_back(attachment("more", AttachmentFormat::kRg16F)),
            g.passes[0].subpasses[0].write.push_back("more");
      },
      "/passes/0/write: are several colours: this machine renders one"},
@@ -699,7 +668,7 @@ INSTANTIATE_TEST_SUITE_P(All, RefusedTaa, testing::ValuesIn(kRefused),
                          [](const auto& tested) { return std::string(tested.param.name); });
 
 TEST(Taa, SettingsThatDoNotFitAreRefused) {
-  const scene::Capture capture = with(cards(), antialiasing());
+  const scene::Capture capture = with_graph(cards(), antialiasing());
   const auto refusal = [&](const Keys& keys, IntRect region = {0, 0, 96, 64}) {
     const Machine machine(keys);
     try {

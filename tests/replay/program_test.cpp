@@ -461,6 +461,21 @@ TEST(ReplayCommand, RendersAGbufferThatACaptureDescribes) {
   EXPECT_EQ(stats["frames"][0]["passes"].back()["name"], "final");
 }
 
+// Samples of a G-buffer take 16 bytes here, and 12 without it: 60000 bytes hold a tile of the second kind alone.
+TEST(SweepCommand, AChosenTileMemoryMustHoldTheGbufferOfACapture) {
+  const test::TemporaryFolder folder;
+  const json study = {{"captures", {capture_with_passes(folder)}},
+                      {"size", "32x18"},
+                      {"axes", {{{"key", "tilecore.memory_bytes"}, {"values", {60000, 196608}}}}}};
+  test::write_text(folder / "study.json", study.dump());
+  const std::string out = (folder / "out").string();
+  const ProcessResult r = run_tessera({"sweep", (folder / "study.json").string(), "--quiet", "--out", out});
+  ASSERT_EQ(r.status, 0) << r.errors;
+  const std::string table = test::read_text(folder / "out" / "sweep.csv");
+  EXPECT_THAT(table, HasSubstr("60000 bytes hold no tile"));
+  EXPECT_EQ(std::ranges::count(table, '\n'), 4) << table;  // heads, the fault, two frames
+}
+
 TEST(ReplayCommand, RendersPassesThatACaptureDescribes) {
   const test::TemporaryFolder folder;
   test::GltfAsset asset = test::everything_asset();

@@ -7,6 +7,7 @@
 #include "scene/capture_reader.h"
 #include "tests/support/browser.h"
 #include "tests/support/live_page.h"
+#include "tests/support/pass_graphs.h"
 #include "tests/support/running_process.h"
 #include "tests/support/tests.h"
 
@@ -131,6 +132,19 @@ TEST(View, AHistoryIsRenderedBeforeTheFrame) {  // VWS1
   EXPECT_THAT(later->command, HasSubstr(" --warmup 2"));
   expect_as_replayed(*later);
   EXPECT_GT(later->stats["total"]["counters"]["resolve.pixels_advected"], 0);
+}
+
+TEST(View, TemporalAntialiasingHasAHistory) {
+  const scene::Capture plain = scene::read_capture(test::shipped_capture("eggs"), {});
+  const auto first_of_frame_9 = [](const scene::Capture& capture, std::vector<std::string> sets) {
+    ViewStart start;
+    start.capture = &capture, start.sets = std::move(sets), start.size = "96x54", start.frame = 9;
+    return ViewSpace(start).start_point().first_frame(4);
+  };
+  const scene::Capture antialiased = test::with_graph(plain, test::antialiasing());
+  EXPECT_EQ(first_of_frame_9(antialiased, {}), 5);
+  EXPECT_EQ(first_of_frame_9(antialiased, {"post.taa=0"}), 9);
+  EXPECT_EQ(first_of_frame_9(plain, {}), 9);
 }
 
 TEST(View, TheNewestRequestWinsAndNoneBeforeItComesLater) {  // VWS2

@@ -31,21 +31,16 @@ Keys<ShadingSettings> shading_keys() {
       {"shading.path", &S::path,
        "How opaque surfaces come to be shaded: by one shader where visible triangles are known (visibility); likewise, "
        "behind a pass that stores depths, which hide sub-patches (prepass); by a shader that leaves material and "
-       "normal "
-       "in the tile memory and one that lights them there (gbuffer); or by a pass that stores this G-buffer and "
-       "another "
-       "one that loads it (gbuffer_external). Unlit, layered and blended surfaces and procedures have one shader on "
-       "all "
-       "paths."},
+       "normal in the tile memory and one that lights them there (gbuffer); or by a pass that stores this G-buffer and "
+       "another one that loads it (gbuffer_external). Unlit, layered and blended surfaces and procedures have one "
+       "shader on all paths."},
       {"gbuffer.layout", &S::layout,
        "Contents of a sample of the G-buffer: 64 bytes, and images have the bits of shading.path=visibility (exact), "
-       "or "
-       "16 bytes, which round base colour, normal, metalness, roughness, occlusion and emission (packed)."},
+       "or 16 bytes, which round base colour, normal, metalness, roughness, occlusion and emission (packed)."},
       {"gbuffer.bits", &S::gbuffer_bits, "bits", S::kBitsWithoutEmission, 1024,
        "With gbuffer.layout=packed: bits of a sample of the G-buffer, a multiple of 32. Bits beyond 128 are written, "
        "kept, moved and read like the others, and light nothing. With 96 it has no emission: surfaces that emit have "
-       "one "
-       "shader, as unlit ones do."},
+       "one shader, as unlit ones do."},
   };
 }
 
