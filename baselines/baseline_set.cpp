@@ -168,7 +168,11 @@ gpu::ObservedWork BaselineObserver::measure_whole(const gpu::RenderedView& view,
   run.pass = view.pass;
   run.first_tile = view.first_tile;
   run.waits = job.depths == nullptr && view.maps_before == 0;
-  run.attachment_bytes = view.attachment_bytes;
+  gpu::StoredArrays arrays;
+  if (job.depths == nullptr) {
+    arrays.begin(whole_->gpu, job, {}, 0, static_cast<int>(job.attachments.size()), whole.frame);
+    run.arrays = &arrays;
+  }
   gpu::Pipeline(whole_->gpu, view.pyramids).render(run, {});
   // The maps of procedures are made before the pipeline.
   if (job.procedures != nullptr) whole.counters.ledger += job.procedures->ledger();

@@ -10,8 +10,7 @@ tilecore::FrameStore attachment_store(const GpuConfiguration& gpu, const tilecor
   tilecore::FrameStore store;
   store.coder = attachment.coder;
   store.samples = attachment.samples;
-  store.compressed =
-      attachment.samples == 1 && gpu.frame_buffer.compression == tilecore::FrameBufferCompression::kLossless;
+  store.compressed = gpu.frame_buffer.compression == tilecore::FrameBufferCompression::kLossless;
   store.signature_bits = gpu.frame_buffer.signature_bits;
   store.purpose = memory::Purpose::kAttachment;
   store.base = attachment.base;

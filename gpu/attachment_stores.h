@@ -13,7 +13,7 @@
 namespace tessera::gpu {
 
 // Returns how an attachment is stored on this machine, without the state that frames leave to each other: compressed as the
-// frame buffer is, unless it keeps all samples.
+// frame buffer is.
 tilecore::FrameStore attachment_store(const GpuConfiguration& gpu, const tilecore::ColorAttachment& attachment);
 
 // The attachments of colours of a view, and what its frames leave in them to each other: the bytes of compressed blocks, the

@@ -7,7 +7,6 @@
 #include <fmt/format.h>
 
 #include "base/parallel.h"
-#include "base/round_up.h"
 #include "shaders_cpp/bloom.h"
 
 namespace tessera::gpu {
@@ -46,16 +45,19 @@ Bloom::Bloom(std::string name, const tilecore::ColorAttachment& source, scene::A
     steps_.push_back({fmt::format("{} up {}", name_, level), static_cast<std::size_t>(level), true});
 }
 
-std::uint64_t Bloom::texel_bytes() const { return static_cast<std::uint64_t>(scene::sample_bits(format_)) / 8; }
-
-std::uint64_t Bloom::level_bytes(std::size_t level) const {
-  return texel_bytes() * static_cast<std::uint64_t>(sizes_[level][0]) * static_cast<std::uint64_t>(sizes_[level][1]);
+tilecore::TexelFormat Bloom::texel_format() const {
+  return {.planes = {format_ == scene::AttachmentFormat::kR11G11B10F
+                         ? tilecore::kSmallFloatsBlock
+                         : tilecore::stored_block(tilecore::FrameFormat::kRgba16f)}};
 }
 
-std::uint64_t Bloom::base(std::size_t level, std::uint64_t burst_bytes) const {
-  std::uint64_t at = base_;
-  for (std::size_t above = 0; above < level; ++above) at += round_up(level_bytes(above), burst_bytes);
-  return at;
+tilecore::PixelCode Bloom::code(std::span<const float> light) const {
+  const std::array<std::uint16_t, 3> half{tilecore::half_bits(light[0]), tilecore::half_bits(light[1]),
+                                          tilecore::half_bits(light[2])};
+  if (format_ != scene::AttachmentFormat::kR11G11B10F) return {half[0], half[1], half[2], 0};
+  // Small floats have the exponent of a half, no sign, and fewer bits of the mantissa.
+  return {static_cast<std::uint16_t>(half[0] >> 4), static_cast<std::uint16_t>(half[1] >> 4),
+          static_cast<std::uint16_t>(half[2] >> 5), 0};
 }
 
 IntRect Bloom::part(std::array<int, 2> size, IntRect pixels) const {

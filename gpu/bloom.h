@@ -10,6 +10,7 @@
 #include "base/rect.h"
 #include "scene/pass_graph.h"
 #include "tilecore/attachment_actions.h"
+#include "tilecore/resolve/stored_texels.h"
 
 namespace tessera::gpu {
 
@@ -25,8 +26,9 @@ struct BloomStep {
 // holds the mean of all levels.
 //
 // Invariants (cited by the tests):
-//   BLP1  A step reads every texel of its sources once, each as many bytes as its format has, and writes its level once; a
-//         level that halves both sides has a quarter of the bytes of the one above. Each is rounded up to bursts.
+//   BLP1  A step reads every texel of its sources once and writes its level once. Raw, each texel moves as many bytes as its
+//         format has, and a level that halves both sides has a quarter of the bytes of the one above, rounded up to bursts;
+//         compressed, its blocks move (stored_arrays.h).
 //   BLP2  A step down takes 5 bilinear lookups a texel, a step up 8.
 class Bloom {
  public:
@@ -39,12 +41,13 @@ class Bloom {
   std::span<const BloomStep> steps() const { return steps_; }
   std::size_t levels() const { return sizes_.size(); }
   std::array<int, 2> size(std::size_t level) const { return sizes_[level]; }
-  std::uint64_t texel_bytes() const;
-  std::uint64_t level_bytes(std::size_t level) const;
-  // First byte of a level; the first level begins at the attachment's base.
-  std::uint64_t base(std::size_t level, std::uint64_t burst_bytes) const;
-  std::uint64_t bytes(std::uint64_t burst_bytes) const { return base(levels(), burst_bytes) - base_; }
-  void set_base(std::uint64_t base) { base_ = base; }
+  // Texels of a level in memory, and the code of one, of which `light` has red, green and blue.
+  tilecore::TexelFormat texel_format() const;
+  tilecore::PixelCode code(std::span<const float> light) const;
+  // Base address of a level within the memory of attachments.
+  std::uint64_t base(std::size_t level) const { return bases_[level]; }
+  // Sets it for the next level, beginning with the first one.
+  void place_level(std::uint64_t base) { bases_.push_back(base); }
 
   // Returns the texels of an image of `size` that `pixels` of the frame own. Every texel has one owner: disjoint pixels own
   // disjoint texels, and the whole frame owns all.
@@ -58,7 +61,7 @@ class Bloom {
   tilecore::ColorAttachment source_;
   scene::AttachmentFormat format_;
   int width_, height_;
-  std::uint64_t base_ = 0;
+  std::vector<std::uint64_t> bases_;  // by level
   std::vector<std::array<int, 2>> sizes_;
   std::vector<BloomStep> steps_;
 };

@@ -220,7 +220,11 @@ void Device::measure_error(const tilecore::TileJob& job, FrameResult& result) {
   plain.store.before = nullptr;
   FrameResult full(result.frame, tilecore::FrameTargets(request_.region, false));
   WorkRecorder recorder(gpu_, patch_table_, nullptr, false);
-  pipeline_.render({gpu_, plain, recorder, full, nullptr}, {});
+  StoredArrays arrays;
+  arrays.begin(gpu_, plain, {}, 0, 0, result.frame);
+  ViewRun run{gpu_, plain, recorder, full, nullptr};
+  run.arrays = &arrays;
+  pipeline_.render(run, {});
   for (std::size_t pixel = 0; pixel < result.targets.error.values.size(); ++pixel) {
     float& error = result.targets.error.values[pixel];
     for (std::size_t c = 4 * pixel; c < 4 * pixel + 3; ++c)
@@ -343,7 +347,9 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, ViewS
   run.taa = taa;
   run.taa_history = &eye.taa;
   run.bloom = graph_.bloom();
-  run.attachment_bytes = graph_.attachment_bytes();
+  eye.arrays.begin(gpu_, job, {taa, graph_.bloom()}, graph_.attachment_bytes(),
+                   static_cast<int>(job.attachments.size()), frame);
+  run.arrays = &eye.arrays;
   run.bloom_strength = static_cast<float>(settings_.post.bloom);
   run.waits = !shadow_passes_.any_pass();
   pipeline_.render(run, {guesses, guess ? &*guess : nullptr});
@@ -355,6 +361,7 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, ViewS
   if (settings_.output.machine_model) model_view(frame, recorder, result);
   if (eliminates(gpu_)) end_elimination(eye, result);
   eye.attachments.end(frame);
+  eye.arrays.end(frame);
   if (guesses) {
     last_depth_ = std::exchange(result.targets.coarse_depth, {});
     last_frame_ = frame;
@@ -367,7 +374,6 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, ViewS
     view.pass = graph_.name();
     view.maps_before = map_count;
     view.map_lines = map_lines;
-    view.attachment_bytes = graph_.attachment_bytes();
     observer_->view_rendered(view);
   }
   return geometry;

@@ -101,6 +101,7 @@ class Device {
     InputSignatures inputs{};
     std::vector<std::uint16_t> payloads{};  // FrameStore::payloads
     AttachmentStores attachments{};
+    StoredArrays arrays{};
     std::optional<int> kept{};
     TaaHistory taa{};
   };

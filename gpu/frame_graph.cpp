@@ -11,6 +11,7 @@
 #include "base/json_text.h"
 #include "base/round_up.h"
 #include "gpu/attachment_stores.h"
+#include "gpu/stored_arrays.h"
 #include "gpu/tile_memory.h"
 #include "gpu/view_inputs.h"
 #include "scene/pass_graph.h"
@@ -198,7 +199,7 @@ class FrameGraph::Reader {
              settings_.sampling.samples_per_pixel);
     if (settings_.post.taa == 0) return;
     actions.velocity_bytes = Taa::kVelocityBytes;
-    actions.velocity_base = place(actions.velocity_bytes);
+    actions.velocity_base = place_array(Taa::velocity_format(), region_);
   }
 
   void taa(FrameGraph& out) {
@@ -239,8 +240,8 @@ class FrameGraph::Reader {
       made.depth_base = out.actions_.depth_base, made.depth_bytes = out.actions_.depth_bytes;
     const tilecore::PixelCoder coder(tilecore::FrameFormat::kRgba16f, frame_exposure(capture_, settings_));
     last_ = tilecore::ColorAttachment{coder, 0, 1};
-    made.before_base = place(last_->pixel_bytes());
-    last_->base = place(last_->pixel_bytes());
+    made.before_base = place_array(Taa::history_format(), region_);
+    last_->base = place_array(Taa::history_format(), region_);
     made.history = *last_;
   }
 
@@ -424,8 +425,10 @@ class FrameGraph::Reader {
       throw UsageError("a bloom needs all pixels of a frame: set tile.rendering_elimination=false, or post.bloom=0");
     const int levels = settings_.post.bloom_levels > 0 ? settings_.post.bloom_levels : target->levels;
     out.bloom_.emplace(pass().name, *last_, target->format, target->scale, levels, frame_[0], frame_[1]);
-    out.bloom_->set_base(end_);
-    end_ += out.bloom_->bytes(static_cast<std::uint64_t>(gpu_.memory.burst_bytes));
+    for (std::size_t level = 0; level < out.bloom_->levels(); ++level) {
+      const auto [width, height] = out.bloom_->size(level);
+      out.bloom_->place_level(place_array(out.bloom_->texel_format(), {0, 0, width, height}));
+    }
   }
 
   void store_depth(tilecore::AttachmentActions& actions, const std::string& depth) {
@@ -444,7 +447,7 @@ class FrameGraph::Reader {
     const int samples = store == StoreAction::kResolve ? 1 : settings_.sampling.samples_per_pixel;
     actions.depth_bytes = static_cast<std::uint64_t>(bits / 8 * samples);
     actions.depth_samples = samples;
-    actions.depth_base = place(actions.depth_bytes);
+    actions.depth_base = place_array(tilecore::depth_format(static_cast<std::uint64_t>(bits / 8), samples), region_);
   }
 
   void copy(FrameGraph& out) {
@@ -525,6 +528,9 @@ class FrameGraph::Reader {
 
   // Returns the base of an attachment with so many bytes a pixel, behind the earlier ones.
   std::uint64_t place(std::uint64_t pixel_bytes) { return place_bytes(pixels_ * pixel_bytes); }
+  std::uint64_t place_array(const tilecore::TexelFormat& format, IntRect texels) {
+    return place_bytes(array_bytes(gpu_, format, texels));
+  }
   std::uint64_t place_bytes(std::uint64_t bytes) {
     const auto burst = static_cast<std::uint64_t>(gpu_.memory.burst_bytes);
     return std::exchange(end_, end_ + round_up(bytes, burst));

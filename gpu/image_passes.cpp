@@ -1,5 +1,8 @@
 #include "gpu/image_passes.h"
 
+#include <algorithm>
+#include <memory>
+
 #include "base/parallel.h"
 #include "base/round_up.h"
 #include "shaders_cpp/bloom.h"
@@ -83,16 +86,21 @@ std::uint64_t texels_in(IntRect part) {
   return static_cast<std::uint64_t>(part.width()) * static_cast<std::uint64_t>(part.height());
 }
 
-// Tiles read or write their parts of a level of the bloom.
-void move_level(WorkRecorder::Round& round, const OrderedTiles& tiles, const ViewRun& run, std::size_t level,
-                bool write) {
-  const Bloom& bloom = *run.bloom;
-  const TileArray texels{write ? memory::Unit::kResolve : memory::Unit::kTilecore, memory::Purpose::kAttachment, write,
-                         bloom.base(level, run.job.burst_bytes())};
-  tiles.move(
-      round, texels,
-      [&](IntRect pixels) { return bloom.texel_bytes() * texels_in(bloom.part(bloom.size(level), pixels)); },
-      [](binner::TileIndex) { return true; });
+// All tiles load or store their pieces of an array.
+void move_all(WorkRecorder::Round& round, const OrderedTiles& tiles, const StoredArray& array, bool write) {
+  array.move(round, tiles.order, write, [](binner::TileIndex) { return true; });
+}
+
+// Codes a tile's piece of an image.
+template <class Code>
+void store_image(TileCore& core, binner::TileIndex tile, StoredArray& array, const Image& image, const Code& code) {
+  const IntRect piece = array.piece(tile);
+  const auto columns = static_cast<std::size_t>(std::max(piece.width(), 1));
+  core.count(array.store(tile, [&](tilecore::TexelEncoder& encoder) {
+    encoder.add_plane([&](int, std::size_t texel) {
+      return code(image.at(piece.x0 + static_cast<int>(texel % columns), piece.y0 + static_cast<int>(texel / columns)));
+    });
+  }));
 }
 
 // Adds the bloom to the pixels of a tile.
@@ -116,48 +124,57 @@ ImagePass taa_pass(const ViewRun& run, const OrderedTiles& tiles) {
   const Taa& taa = *run.taa;
   ImagePass pass{.name = taa.name, .stage = "taa"};
   pass.begin = [&run, &taa] { run.taa_history->resolve(taa, run.result.targets.color); };
-  pass.work = [&run, &taa, tiles](TileCore& core, binner::TileIndex tile) {
+  StoredArrays& arrays = *run.arrays;
+  // The images that it reads besides the colours.
+  const auto for_each_read = [&run, &taa, &arrays](const auto& visit) {
+    if (!run.taa_history->follows()) return;
+    visit(arrays.velocities);
+    if (taa.depth_bytes > 0) visit(arrays.depths);
+    visit(arrays.history_before);
+  };
+  pass.work = [&run, &taa, &arrays, tiles, for_each_read](TileCore& core, binner::TileIndex tile) {
     core.run_image_shader(run.job, texels_in(tiles.grid.pixels(tile)),
                           !run.taa_history->follows() ? kBeginHistory
                           : taa.depth_bytes > 0       ? with_depths(kMixHistory)
                                                       : kMixHistory);
+    for_each_read([&](const StoredArray& array) { core.count(array.load(tile)); });
+    store_image(core, tile, arrays.history, run.result.targets.color, [&](std::span<const float> pixel) {
+      return taa.history.coder.code({pixel[0], pixel[1], pixel[2], pixel[3]});
+    });
   };
   pass.loads = &taa.source;
-  pass.share = [&run, &taa, tiles](WorkRecorder::Round& round) {
-    const auto move = [&](std::uint64_t base, std::uint64_t pixel_bytes, bool write) {
-      const TileArray array{write ? memory::Unit::kResolve : memory::Unit::kTilecore, memory::Purpose::kAttachment,
-                            write, base};
-      tiles.move(
-          round, array, [&](IntRect pixels) { return pixel_bytes * texels_in(pixels); },
-          [](binner::TileIndex) { return true; });
-    };
-    if (run.taa_history->follows()) {
-      move(taa.velocity_base, Taa::kVelocityBytes, false);
-      if (taa.depth_bytes > 0) move(taa.depth_base, taa.depth_bytes, false);
-      move(taa.before_base, taa.history.pixel_bytes(), false);
-    }
-    move(taa.history.base, taa.history.pixel_bytes(), true);
+  pass.share = [&arrays, tiles, for_each_read](WorkRecorder::Round& round) {
+    for_each_read([&](const StoredArray& array) { move_all(round, tiles, array, false); });
+    move_all(round, tiles, arrays.history, true);
   };
   return pass;
 }
 
 ImagePass bloom_pass(const ViewRun& run, const OrderedTiles& tiles, const BloomStep& step, std::vector<Image>& images) {
   const Bloom& bloom = *run.bloom;
+  std::vector<StoredArray>& levels = run.arrays->bloom;
   ImagePass pass{.name = step.name, .stage = "bloom"};
-  pass.begin = [&run, &bloom, &step, &images] { bloom.run(step, run.result.targets.color, images); };
-  pass.work = [&run, &bloom, &step, tiles](TileCore& core, binner::TileIndex tile) {
+  // A step up stores the level that it reads; a copy knows what was stored before.
+  const auto before = std::make_shared<StoredArray>();
+  pass.begin = [&run, &bloom, &step, &images, &levels, before] {
+    if (step.up) *before = levels[step.level];
+    bloom.run(step, run.result.targets.color, images);
+  };
+  const auto for_each_read = [&step, &levels, before](const auto& visit) {
+    if (step.up) visit(levels[step.level + 1]), visit(*before);
+    if (!step.up && step.level > 0) visit(levels[step.level - 1]);
+  };
+  pass.work = [&run, &bloom, &step, &images, &levels, tiles, for_each_read](TileCore& core, binner::TileIndex tile) {
     core.run_image_shader(run.job, texels_in(bloom.part(bloom.size(step.level), tiles.grid.pixels(tile))),
                           step.up ? kUp : kDown);
+    for_each_read([&](const StoredArray& array) { core.count(array.load(tile)); });
+    store_image(core, tile, levels[step.level], images[step.level],
+                [&](std::span<const float> light) { return bloom.code(light); });
   };
   pass.loads = !step.up && step.level == 0 ? &bloom.source() : nullptr;
-  pass.share = [&run, &step, tiles](WorkRecorder::Round& round) {
-    if (step.up) {
-      move_level(round, tiles, run, step.level + 1, false);
-      move_level(round, tiles, run, step.level, false);
-    } else if (step.level > 0) {
-      move_level(round, tiles, run, step.level - 1, false);
-    }
-    move_level(round, tiles, run, step.level, true);
+  pass.share = [&step, &levels, tiles, for_each_read](WorkRecorder::Round& round) {
+    for_each_read([&](const StoredArray& array) { move_all(round, tiles, array, false); });
+    move_all(round, tiles, levels[step.level], true);
   };
   return pass;
 }
@@ -166,13 +183,14 @@ ImagePass copy_pass(const ViewRun& run, const OrderedTiles& tiles, const CopyPas
   ImagePass pass{.name = copy.name, .stage = "copy", .copy = &copy};
   pass.work = [&run, &copy, tiles, bloom](TileCore& core, binner::TileIndex tile) {
     if (bloom != nullptr) {
+      core.count(run.arrays->bloom[0].load(tile));
       add_bloom(run, tiles.grid.pixels(tile), *bloom);
       core.run_image_shader(run.job, texels_in(tiles.grid.pixels(tile)), kMix);
     }
     core.copy(run.job, tile, copy.source.samples, copy.actions, run.result.targets);
   };
   if (bloom != nullptr)
-    pass.share = [&run, tiles](WorkRecorder::Round& round) { move_level(round, tiles, run, 0, false); };
+    pass.share = [&run, tiles](WorkRecorder::Round& round) { move_all(round, tiles, run.arrays->bloom[0], false); };
   return pass;
 }
 

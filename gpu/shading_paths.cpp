@@ -70,8 +70,6 @@ void check_shading_path(const GpuConfiguration& gpu, const RunSettings& settings
       {again && transmits, "surfaces that transmit", "what is behind them is a pass of its own"},
       {again && gpu.frontend.previous_depth_culling, "frontend.previous_depth_culling=true",
        "it has two passes already"},
-      {again && gpu.tile.rendering_elimination, "tile.rendering_elimination=true",
-       "a tile's inputs are those of one pass"},
   }};
   for (const Conflict& conflict : conflicts)
     if (conflict.there)

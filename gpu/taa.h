@@ -12,6 +12,7 @@
 #include "scene/frame_geometry.h"
 #include "tilecore/attachment_actions.h"
 #include "tilecore/resolve/motion_field.h"
+#include "tilecore/resolve/stored_texels.h"
 #include "tilecore/resolve/surface_velocities.h"
 
 namespace tessera::gpu {
@@ -21,7 +22,7 @@ namespace tessera::gpu {
 // places.
 //
 // Invariants (cited by the tests):
-//   TAP1  Each image that the pass reads or writes moves once, as many bytes as its format has: the colours, velocities,
+//   TAP1  Each image that the pass reads or writes moves once, raw as many bytes as its format has: the colours, velocities,
 //         depths if the capture samples them, the history of the previous frame, the new history. A frame without a previous one
 //         moves the colours and the new history alone.
 //   TAP2  A frame follows from itself and the frames rendered before it without a gap. After a cut it equals a first frame
@@ -37,6 +38,10 @@ struct Taa {
   float share = 0.1f;             // post.taa
 
   static constexpr std::uint64_t kVelocityBytes = 4;  // of a pixel: rg16f
+  static tilecore::TexelFormat velocity_format() { return {.planes = {tilecore::kTwoHalvesBlock}}; }
+  static tilecore::TexelFormat history_format() {
+    return {.planes = {tilecore::stored_block(tilecore::FrameFormat::kRgba16f)}};
+  }
 };
 
 // Whether frames of a capture are antialiased over time, so that each depends on those before.

@@ -79,8 +79,10 @@ void TileScheduler::render_tile(Round& round, std::size_t t) {
   if (round.last || !entries.empty()) {
     shared.began = !state.started && round.pass.only.empty();
     state.depths_alone = round.pass.depths_only;
-    if (!prepass_.empty() && !round.pass.depths_only && shared.began)
+    if (!prepass_.empty() && !round.pass.depths_only && shared.began) {
       state.hide_behind(prepass_[t], job.grid->pixels(tile).width(), job.pattern->samples_per_pixel());
+      core.count(run_.arrays->sample_depths.load(t));
+    }
     if (shared.began && !round.pass.depths_only && !stores_gbuffer()) core.load_colors(job, tile, job.actions);
     if (state.started) core.load_state(job, state);
     if (run_.record != nullptr)
@@ -120,6 +122,7 @@ bool TileScheduler::finish_tile(const Round& round, std::size_t t, tilecore::Til
     core.finish(run_.job, tile, state, run_.result.targets, !open.empty());
   else
     core.finish_scene_color(run_.job, tile, state);
+  if (finished) store_texels(round.pass, t, state);
   return finished;
 }
 
@@ -169,7 +172,11 @@ void TileScheduler::move_attachment(WorkRecorder::Round& round, std::span<const 
                   attachment.base};
   const auto moves = [&](binner::TileIndex tile) { return write ? tiles[tile].stored : tiles[tile].began; };
   const tilecore::FrameStore* const store = run_.job.store_of(attachment);
-  if (store == nullptr || !store->compressed) {
+  if (store == nullptr) {  // the history of temporal antialiasing
+    run_.arrays->history.move(round, order_, write, moves);
+    return;
+  }
+  if (!store->compressed) {
     this->tiles().move(round, array, bytes_of(attachment.pixel_bytes()), moves);
     return;
   }
@@ -199,12 +206,8 @@ void TileScheduler::share_stores(WorkRecorder::Round& round, std::span<const Sha
              [&](binner::TileIndex tile) { return tiles[tile].stored; });
     share_signatures(round, tiles, store, signature_memory().of_colors());
   }
-  if (actions.depth_bytes > 0)
-    all.move(round, {Unit::kResolve, Purpose::kAttachment, true, actions.depth_base}, bytes_of(actions.depth_bytes),
-             finished);
-  if (actions.velocity_bytes > 0)
-    all.move(round, {Unit::kResolve, Purpose::kAttachment, true, actions.velocity_base},
-             bytes_of(actions.velocity_bytes), finished);
+  if (actions.depth_bytes > 0) run_.arrays->depths.move(round, order_, true, finished);
+  if (actions.velocity_bytes > 0) run_.arrays->velocities.move(round, order_, true, finished);
 }
 
 void TileScheduler::share_flags(Round& round) {
@@ -255,8 +258,9 @@ void TileScheduler::render(const GeometryPass& pass) {
     }
     std::vector<bool> unchanged;
     if (run_.inputs != nullptr && pass.only.empty()) {
-      unchanged = compare_inputs(whole && done && unfinished.empty());
-      unchanged_ = unchanged;
+      // A pass behind a prepass draws the same lists.
+      if (prepass_.empty() || pass.depths_only) unchanged_ = compare_inputs(whole && done && unfinished.empty());
+      unchanged = unchanged_;
     }
     Round round{.work = run_.recorder.begin_round(binner_, order_, place),
                 .shared = {},
@@ -315,8 +319,10 @@ void TileScheduler::render(const ImagePass& pass) {
     if (pass.copy != nullptr && !unchanged_.empty() && unchanged_[t]) return;
     tilecore::TileCore& core = cores_.local();
     WorkRecorder::Tile work = round.tile(t, core);
-    if (pass.copy != nullptr) core.load_attachment(run_.job, static_cast<binner::TileIndex>(t), pass.copy->source);
-    if (pass.loads != nullptr) core.load_attachment(run_.job, static_cast<binner::TileIndex>(t), *pass.loads);
+    if (const tilecore::ColorAttachment* const source = pass.copy != nullptr ? &pass.copy->source : pass.loads) {
+      core.load_attachment(run_.job, static_cast<binner::TileIndex>(t), *source);
+      if (run_.job.store_of(*source) == nullptr) core.count(run_.arrays->history.load(t));
+    }
     pass.work(core, static_cast<binner::TileIndex>(t));
     tilecore::TileResult result = core.take_result();
     shared[t].began = pass.copy != nullptr || pass.loads != nullptr;
@@ -341,6 +347,8 @@ void TileScheduler::light_tile(std::size_t t, tilecore::TileState& state) {
   Lit& lit = lit_[t];
   lit.there = true;
   if (run_.recorder.binner_log() != nullptr) core.record_accesses(&lit.log);
+  if (run_.job.shading.layout == tilecore::GbufferLayout::kPacked) core.count(run_.arrays->sample_depths.load(t));
+  core.count(run_.arrays->gbuffer.load(t));
   core.load_colors(run_.job, static_cast<binner::TileIndex>(t), run_.job.actions);
   core.light(run_.job, static_cast<binner::TileIndex>(t), state, run_.result.targets);
   lit.result = core.take_result();
@@ -366,33 +374,52 @@ void TileScheduler::light() {
   pass_end_(run_.light);
 }
 
-std::uint64_t TileScheduler::move_samples(WorkRecorder::Round& round, std::span<const SharedRequests> tiles, bool write,
-                                          std::uint64_t offset, std::uint64_t sample_bytes) {
-  const TileArray samples{write ? memory::Unit::kResolve : memory::Unit::kTilecore, memory::Purpose::kAttachment, write,
-                          run_.attachment_bytes + offset};
-  return this->tiles().move(round, samples,
-                            bytes_of(sample_bytes * static_cast<std::uint64_t>(run_.job.pattern->samples_per_pixel())),
-                            [&](binner::TileIndex tile) { return write ? tiles[tile].finished : tiles[tile].began; });
+void TileScheduler::store_texels(const GeometryPass& pass, std::size_t t, const tilecore::TileState& state) {
+  if (run_.arrays == nullptr || run_.job.depths != nullptr) return;
+  StoredArrays& arrays = *run_.arrays;
+  const tilecore::TileJob& job = run_.job;
+  tilecore::TileCore& core = cores_.local();
+  const auto spp = static_cast<std::size_t>(job.pattern->samples_per_pixel());
+  const auto store_depths = [&](StoredArray& array, bool single) {
+    core.count(array.store(t, [&](tilecore::TexelEncoder& encoder) {
+      encoder.add_plane([&](int sample, std::size_t texel) {
+        return tilecore::depth_code(state.z[texel * spp + static_cast<std::size_t>(sample)], single);
+      });
+    }));
+  };
+  if (pass.depths_only) return store_depths(arrays.sample_depths, true);
+  const tilecore::AttachmentActions& actions = job.actions;
+  if (stores_gbuffer()) {
+    if (job.shading.layout == tilecore::GbufferLayout::kPacked) store_depths(arrays.sample_depths, true);
+    core.count(
+        arrays.gbuffer.store(t, [&](tilecore::TexelEncoder& encoder) { core.encode_gbuffer(job, state, encoder); }));
+    return;
+  }
+  if (actions.depth_bytes > 0)
+    store_depths(arrays.depths, actions.depth_bytes == 4 * static_cast<std::uint64_t>(actions.depth_samples));
+  if (actions.velocity_bytes == 0) return;
+  const Image& velocity = job.velocities->velocity;
+  const IntRect piece = arrays.velocities.piece(t), all = job.velocities->region;
+  core.count(arrays.velocities.store(t, [&](tilecore::TexelEncoder& encoder) {
+    const auto columns = static_cast<std::size_t>(piece.width());
+    encoder.add_plane([&](int, std::size_t texel) {
+      const auto v = velocity.at(piece.x0 - all.x0 + static_cast<int>(texel % columns),
+                                 piece.y0 - all.y0 + static_cast<int>(texel / columns));
+      return tilecore::PixelCode{tilecore::half_bits(v[0]), tilecore::half_bits(v[1]), 0, 0};
+    });
+  }));
 }
 
-void TileScheduler::move_depths(WorkRecorder::Round& round, std::span<const SharedRequests> tiles, bool write) {
-  constexpr std::uint64_t kDepthBytes = 4;
-  run_.result.counters.gbuffer.depth_bytes += move_samples(round, tiles, write, 0, kDepthBytes);
+void TileScheduler::move_depths(WorkRecorder::Round& round, std::span<const SharedRequests> tiles, bool write) const {
+  run_.result.counters.gbuffer.depth_bytes += run_.arrays->sample_depths.move(
+      round, order_, write, [&](binner::TileIndex tile) { return write ? tiles[tile].finished : tiles[tile].began; });
 }
 
-void TileScheduler::move_gbuffer(WorkRecorder::Round& round, std::span<const SharedRequests> tiles, bool write) {
-  const std::uint64_t bytes = run_.job.shading.gbuffer_bytes();
-  // Places follow from depths, unless the records name them.
-  const bool packed = run_.job.shading.layout == tilecore::GbufferLayout::kPacked;
-  const IntRect& region = binner_.grid().region();
-  const std::uint64_t depths =
-      round_up(4 * static_cast<std::uint64_t>(region.width()) * static_cast<std::uint64_t>(region.height()) *
-                   static_cast<std::uint64_t>(run_.job.pattern->samples_per_pixel()),
-               run_.job.burst_bytes());
-  if (packed) move_depths(round, tiles, write);
+void TileScheduler::move_gbuffer(WorkRecorder::Round& round, std::span<const SharedRequests> tiles, bool write) const {
+  if (run_.job.shading.layout == tilecore::GbufferLayout::kPacked) move_depths(round, tiles, write);
   tilecore::GbufferCounters& counters = run_.result.counters.gbuffer;
-  (write ? counters.stored_bytes : counters.loaded_bytes) +=
-      move_samples(round, tiles, write, packed ? depths : 0, bytes);
+  (write ? counters.stored_bytes : counters.loaded_bytes) += run_.arrays->gbuffer.move(
+      round, order_, write, [&](binner::TileIndex tile) { return write ? tiles[tile].finished : tiles[tile].began; });
 }
 
 void TileScheduler::empty_lists() {

@@ -13,6 +13,7 @@
 #include "gpu/frame_result.h"
 #include "gpu/input_signatures.h"
 #include "gpu/observed_work.h"
+#include "gpu/stored_arrays.h"
 #include "gpu/work_progress.h"
 #include "gpu/work_recorder.h"
 #include "tilecore/tessellation/tessellation_cache.h"
@@ -37,7 +38,7 @@ struct ViewRun {
   TaaHistory* taa_history = nullptr;  // with `taa`
   const Bloom* bloom = nullptr;       // before the copies; nullptr: none
   float bloom_strength = 0;
-  std::uint64_t attachment_bytes = 0;  // what shading paths store lies behind
+  StoredArrays* arrays = nullptr;  // of texels beside colours that passes store; nullptr: no pass stores any
   // Names of the other pass of a path with two: one that stores depths alone, one that lights a stored G-buffer.
   std::string_view prepass = "prepass", light = "light";
 };
@@ -122,12 +123,11 @@ class TileScheduler {
     return run_.job.depths == nullptr && run_.job.shading.path == tilecore::ShadingPath::kGbufferExternal;
   }
   void light_tile(std::size_t tile, tilecore::TileState& state);
-  // Charges tiles for an array of so many bytes a sample that a shading path stores or loads.
-  std::uint64_t move_samples(WorkRecorder::Round& round, std::span<const SharedRequests> tiles, bool write,
-                             std::uint64_t offset, std::uint64_t sample_bytes);
+  // Codes what a finished tile stores beside its colours.
+  void store_texels(const GeometryPass& pass, std::size_t tile, const tilecore::TileState& state);
   // Charges tiles for the depths of a prepass, or for a G-buffer and its depths.
-  void move_depths(WorkRecorder::Round& round, std::span<const SharedRequests> tiles, bool write);
-  void move_gbuffer(WorkRecorder::Round& round, std::span<const SharedRequests> tiles, bool write);
+  void move_depths(WorkRecorder::Round& round, std::span<const SharedRequests> tiles, bool write) const;
+  void move_gbuffer(WorkRecorder::Round& round, std::span<const SharedRequests> tiles, bool write) const;
   // Returns false if the tile will be rendered again with the transmissive surfaces.
   bool finish_tile(const Round& round, std::size_t tile, tilecore::TileState& state);
   void render_tile(Round& round, std::size_t tile);

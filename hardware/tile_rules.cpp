@@ -50,10 +50,10 @@ TilePixels tile_of(unsigned pixels) {
   return {1 << (bits + 1) / 2, 1 << bits / 2};
 }
 
-TilePixels largest_tile(std::uint64_t pixel_bytes, std::uint64_t memory_bytes, std::uint64_t tiles) {
+TilePixels largest_tile(std::uint64_t bytes_of_pixel, std::uint64_t memory_bytes, std::uint64_t tiles) {
   constexpr unsigned kLeast = 8 * 8, kMost = 64 * 64;
   unsigned pixels = kMost;
-  while (pixels > kLeast && tiles * pixels * pixel_bytes > memory_bytes) pixels /= 2;
+  while (pixels > kLeast && tiles * pixels * bytes_of_pixel > memory_bytes) pixels /= 2;
   return tile_of(pixels);
 }
 

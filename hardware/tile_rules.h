@@ -20,7 +20,7 @@ struct TilePixels {
 // A power of two of pixels as a tile that is as wide as high, or twice as wide.
 TilePixels tile_of(unsigned pixels);
 // The largest such tile, from 8x8 to 64x64 pixels, of which `tiles` fit into a memory; 8x8 where not even these fit.
-TilePixels largest_tile(std::uint64_t pixel_bytes, std::uint64_t memory_bytes, std::uint64_t tiles);
+TilePixels largest_tile(std::uint64_t bytes_of_pixel, std::uint64_t memory_bytes, std::uint64_t tiles);
 
 // The tile sizes that published GPUs choose for a pass: the largest whose pixels fit into their tile buffers.
 //

@@ -14,8 +14,8 @@ struct ColorAttachment {
   // Colours stored of each pixel: 1, the mean of its samples, or every sample, each rounded to the format. A pass that
   // loads all samples resolves them.
   int samples = 1;
-  // Its place in TileJob::attachments, which say how it is compressed and which tiles stay unwritten; negative: in none, all
-  // of it is stored raw.
+  // Its place in TileJob::attachments, which say how it is compressed and which tiles stay unwritten; negative: in none, as it
+  // is the history of temporal antialiasing.
   int number = -1;
 
   // Bytes of a pixel, all stored samples included.

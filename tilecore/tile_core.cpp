@@ -190,7 +190,7 @@ TileResult TileCore::take_result() {
   counters.desampling = resolve_.take_counters();
   counters.desampling.velocity_operations += velocities.operations;
   counters.history = resolve_.take_history_counters();
-  counters.store = store_.take_counters();
+  tessera::merge(counters.store, store_.take_counters());
   result_.ledger += resolve_.take_ledger();
   result_.patches_read = shader_.take_patches_read();
   result_.texture_misses = shader_.textures().take_misses();
@@ -641,7 +641,7 @@ void TileCore::resolve_samples(const TileJob& job, const IntRect& pixels, FrameT
     TESSERA_CHECK(job.actions.color->samples == samples_.spp, "an attachment keeps all samples of a pixel");
     const FrameStore* const how = job.store_of(*job.actions.color);
     store_.round(job.actions.color->coder, shader_.color(), shader_.coverage(),
-                 how != nullptr && how->before != nullptr);
+                 how != nullptr && (how->before != nullptr || how->compressed));
     result_.single_samples += single_samples(pixels, samples_.spp);
   }
   resolve_multisample(

@@ -80,6 +80,13 @@ class TileCore {
   void store_state(const TileJob& job, const TileState& state);
   void load_state(const TileJob& job, const TileState& state);
 
+  // Codes the tile's part of the G-buffer that fill() left.
+  void encode_gbuffer(const TileJob& job, const TileState& state, TexelEncoder& encoder) const {
+    shader_.encode_gbuffer(job, samples_, state, encoder);
+  }
+  // Adds work of storing or loading texels.
+  void count(const StoreCounters& work) { tessera::merge(result_.counters.store, work); }
+
   // Adds traffic on behalf of this core that another unit counted (its list's bursts).
   void charge(const memory::Ledger& ledger) { result_.ledger += ledger; }
 

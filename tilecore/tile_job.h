@@ -65,7 +65,7 @@ struct TileJob {
   std::uint64_t burst_bytes() const { return static_cast<std::uint64_t>(machine->memory.burst_bytes); }
   std::uint64_t line_bytes() const { return static_cast<std::uint64_t>(machine->line_bytes()); }
   std::size_t warp_lanes() const { return static_cast<std::size_t>(machine->shader.warp_lanes); }
-  // Storage of an attachment; nullptr: it is stored raw, and all of it.
+  // Storage of an attachment; nullptr: it is a history, which the pass over the image stores.
   const FrameStore* store_of(const ColorAttachment& attachment) const {
     return attachment.number < 0 ? nullptr : &attachments[static_cast<std::size_t>(attachment.number)];
   }

@@ -229,7 +229,8 @@ TEST(Bloom, HasTheTexelsOfEveryTileOnceAtOddSides) {
   EXPECT_EQ(attachments(frame.counters).written_bytes, written);
 }
 
-// Compressed colours go out once and are read twice, as they are stored; levels stay raw.
+// Compressed colours go out once and are read twice, as they are stored: by the first step and by the last pass, which
+// also reads the largest level.
 TEST(Bloom, ReadsColorsAsTheyAreStored) {  // AST2
   constexpr Size kSize{101, 67};
   const FrameResult raw = frame_of(blooming(3), kSize),
@@ -237,7 +238,11 @@ TEST(Bloom, ReadsColorsAsTheyAreStored) {  // AST2
   EXPECT_EQ(packed.targets.color.values, raw.targets.color.values);
   const Traffic before = attachments(raw.counters), after = attachments(packed.counters);
   EXPECT_LT(after.written_bytes, before.written_bytes);
-  EXPECT_EQ(before.read_bytes - after.read_bytes, 2 * (before.written_bytes - after.written_bytes));
+  EXPECT_LT(after.read_bytes, before.read_bytes);
+  const auto of_pass = [&](std::size_t number) { return attachments(packed.passes[number].counters); };
+  const std::size_t last = packed.passes.size() - 1;
+  EXPECT_EQ(of_pass(1).read_bytes, of_pass(0).written_bytes);
+  EXPECT_EQ(of_pass(last).read_bytes, of_pass(0).written_bytes + of_pass(last - 1).written_bytes);
 }
 
 // The image is the formulas in double precision, of the colours that a copy of them shows.

@@ -23,6 +23,9 @@ std::uint16_t half_of_code(std::uint16_t code) {
   return static_cast<std::uint16_t>(code & 0x8000 ? code & 0x7fff : ~code);
 }
 
+// Whether a channel is coded in the order of half floats.
+bool orders(const BlockShape& shape, std::size_t channel) { return shape.halves && shape.bits[channel] == kHalfBits; }
+
 constexpr std::uint32_t mask_of(unsigned bits) { return (1u << bits) - 1; }
 
 // Folds a residual modulo 2^bits into as many bits.
@@ -103,8 +106,9 @@ Residuals all_residuals(const Channel& codes, const BlockShape& shape, unsigned 
 CodedChannel shortest_code(std::span<const std::uint16_t> pixels, const BlockShape& shape, std::size_t channel,
                            Channel& codes) {
   const unsigned bits = shape.bits[channel];
+  if (bits == 0) return {};
   for (std::size_t i = 0; i < shape.pixels(); ++i)
-    codes[i] = bits == kHalfBits ? ordered_code(pixels[4 * i + channel]) : pixels[4 * i + channel];
+    codes[i] = orders(shape, channel) ? ordered_code(pixels[4 * i + channel]) : pixels[4 * i + channel];
   const Residuals all = all_residuals(codes, shape, bits);
   CodedChannel best;
   for (std::uint8_t p = 0; p < kPredictorCount; ++p) {
@@ -191,7 +195,7 @@ CompressedBlock compress_block(std::span<const std::uint16_t> codes, const Block
   std::array<CodedChannel, 4> coded;
   std::array<std::uint16_t, 4> first;
   for (std::size_t c = 0; c < 4; ++c) {
-    Channel channel;
+    Channel channel{};
     coded[c] = shortest_code(codes, shape, c, channel);
     first[c] = channel[0];
     block.stream_bits += coded[c].bits;
@@ -205,7 +209,8 @@ CompressedBlock compress_block(std::span<const std::uint16_t> codes, const Block
     for (std::size_t i = 0; i < codes.size(); ++i) out.write(codes[i], shape.bits[i % 4]);
     return block;
   }
-  for (std::size_t c = 0; c < 4; ++c) write_channel(coded[c], first[c], shape, shape.bits[c], out);
+  for (std::size_t c = 0; c < 4; ++c)
+    if (shape.bits[c] > 0) write_channel(coded[c], first[c], shape, shape.bits[c], out);
   return block;
 }
 
@@ -218,10 +223,10 @@ void decompress_block(const CompressedBlock& block, const BlockShape& shape, std
     return;
   }
   for (std::size_t c = 0; c < 4; ++c) {
-    Channel channel;
-    read_channel(in, shape, shape.bits[c], channel);
+    Channel channel{};
+    if (shape.bits[c] > 0) read_channel(in, shape, shape.bits[c], channel);
     for (std::size_t i = 0; i < shape.pixels(); ++i)
-      codes[4 * i + c] = shape.bits[c] == kHalfBits ? half_of_code(channel[i]) : channel[i];
+      codes[4 * i + c] = orders(shape, c) ? half_of_code(channel[i]) : channel[i];
   }
 }
 

@@ -18,7 +18,8 @@ namespace tessera::tilecore {
 // stays randomly accessible, and save bandwidth, not room. All sizes are [assumed].
 //
 // A block is 16x4, 8x8, 8x4 or 4x4 pixels (frame_format.h), row by row. Each channel of N bits is coded separately:
-//   1. half floats -> an unsigned integer in the order of their values (negative ones below), 16 bits, one to one;
+//   1. half floats -> an unsigned integer in the order of their values (negative ones below), 16 bits, one to one; integers of
+//      16 bits (BlockShape::halves is false) stay as they are, and a channel of 0 bits takes no part;
 //   2. residual = value - prediction modulo 2^N, zigzag (0, -1, 1, -2 ...). Prediction by one of four, that which
 //      makes the channel shortest; the first pixel is predicted as 0;
 //   3. stream: 2 bits of predictor; N bits, the first pixel's value; then for each 4x4 pixels 5 bits, the width W of
@@ -51,13 +52,14 @@ struct CompressedBlock {
 struct BlockShape {
   int width = 8, height = 4;
   ChannelBits bits{16, 16, 16, 16};
+  bool halves = true;  // channels of 16 bits are half floats
 
   std::size_t pixels() const { return static_cast<std::size_t>(width) * static_cast<std::size_t>(height); }
   std::size_t pixel_bytes() const { return (std::size_t{bits[0]} + bits[1] + bits[2] + bits[3]) / 8; }
   std::size_t raw_bytes() const { return pixels() * pixel_bytes(); }
 };
 constexpr BlockShape stored_block(FrameFormat format) {
-  return {8, frame_pixel_bytes(format) == 8 ? 4 : 8, channel_bits(format)};
+  return {8, frame_pixel_bytes(format) == 8 ? 4 : 8, channel_bits(format), true};
 }
 
 // `codes` are 4 * width * height, channel by channel of each pixel; width is 4, 8 or 16; height is 4, or 8 if width is

@@ -40,12 +40,15 @@ void StoredFrame::forget(std::size_t tiles, IntRect region) {
 
 std::uint64_t TileStore::header_offset(const FrameStore& how, IntRect region) {
   const BlockShape shape = stored_block(how.coder.format());
-  if (how.compressed) return pixels_in(touched_blocks(shape, region)) * shape.raw_bytes();
-  return pixels_in(region) * how.coder.pixel_bytes();
+  const auto samples = static_cast<std::uint64_t>(how.samples);
+  if (how.compressed) return pixels_in(touched_blocks(shape, region)) * shape.raw_bytes() * samples;
+  return pixels_in(region) * how.coder.pixel_bytes() * samples;
 }
 
 std::uint64_t TileStore::header_bytes(const FrameStore& how, IntRect tile) {
-  return how.compressed ? pixels_in(touched_blocks(stored_block(how.coder.format()), tile)) * kBlockHeaderBytes : 0;
+  if (!how.compressed) return 0;
+  return pixels_in(touched_blocks(stored_block(how.coder.format()), tile)) * kBlockHeaderBytes *
+         static_cast<std::uint64_t>(how.samples);
 }
 
 std::uint64_t TileStore::frame_bytes(const FrameStore& how, IntRect region) {
@@ -92,7 +95,7 @@ bool TileStore::keep_what_is_there(const FrameStore& how, const Tile& tile, Imag
   return true;
 }
 
-std::uint64_t TileStore::compressed_bytes(const FrameStore& how, const Tile& tile, IntRect block) {
+std::uint64_t TileStore::compressed_bytes(const FrameStore& how, const Tile& tile, IntRect block, std::size_t sample) {
   const BlockShape shape = stored_block(how.coder.format());
   const IntRect inside = block.intersect(tile.pixels);
   const std::uint64_t row_bytes = static_cast<std::uint64_t>(shape.width) * how.coder.pixel_bytes();
@@ -105,7 +108,9 @@ std::uint64_t TileStore::compressed_bytes(const FrameStore& how, const Tile& til
   for (int y = block.y0; y < block.y1; ++y)
     for (int x = block.x0; x < block.x1; ++x) {
       const int near_x = std::clamp(x, inside.x0, inside.x1 - 1), near_y = std::clamp(y, inside.y0, inside.y1 - 1);
-      const PixelCode& code = codes_[tile.pixels.index(near_x, near_y)];
+      const PixelCode* const samples =
+          &codes_[tile.pixels.index(near_x, near_y) * static_cast<std::size_t>(how.samples)];
+      const PixelCode code = sample == 0 ? samples[0] : difference(samples[sample], samples[0], shape.bits);
       out = std::copy(code.begin(), code.end(), out);
     }
   return std::min<std::uint64_t>(
@@ -114,30 +119,35 @@ std::uint64_t TileStore::compressed_bytes(const FrameStore& how, const Tile& til
 
 void TileStore::plan_compressed(const FrameStore& how, const Tile& tile) {
   const BlockShape shape = stored_block(how.coder.format());
+  const auto samples = static_cast<std::size_t>(how.samples);
   const IntRect all = touched_blocks(shape, tile.region), blocks = touched_blocks(shape, tile.pixels);
   transfers_.clear();
   for (int row = blocks.y0; row < blocks.y1; ++row)
     for (int column = blocks.x0; column < blocks.x1; ++column) {
       const IntRect block{column * shape.width, row * shape.height, (column + 1) * shape.width,
                           (row + 1) * shape.height};
-      const std::uint64_t bytes = compressed_bytes(how, tile, block);
-      if (tile.payloads != nullptr) (*tile.payloads)[all.index(column, row)] = static_cast<std::uint16_t>(bytes);
-      if (tile.unchanged != nullptr && tile.unchanged->any &&
-          tile.unchanged->all({block.x0 / 4, block.y0 / 4, block.x1 / 4, block.y1 / 4}))
-        continue;
-      transfers_.push_back({all.index(column, row) * shape.raw_bytes(), bytes});
+      const bool kept = tile.unchanged != nullptr && tile.unchanged->any &&
+                        tile.unchanged->all({block.x0 / 4, block.y0 / 4, block.x1 / 4, block.y1 / 4});
+      for (std::size_t sample = 0; sample < samples; ++sample) {
+        const std::size_t number = all.index(column, row) * samples + sample;
+        const std::uint64_t bytes = compressed_bytes(how, tile, block, sample);
+        if (tile.payloads != nullptr) (*tile.payloads)[number] = static_cast<std::uint16_t>(bytes);
+        if (!kept) transfers_.push_back({number * shape.raw_bytes(), bytes});
+      }
     }
 }
 
 void TileStore::plan_payloads(const FrameStore& how, const Tile& tile) {
   const BlockShape shape = stored_block(how.coder.format());
+  const auto samples = static_cast<std::size_t>(how.samples);
   const IntRect all = touched_blocks(shape, tile.region), blocks = touched_blocks(shape, tile.pixels);
   transfers_.clear();
   for (int row = blocks.y0; row < blocks.y1; ++row)
-    for (int column = blocks.x0; column < blocks.x1; ++column) {
-      const std::size_t block = all.index(column, row);
-      transfers_.push_back({block * shape.raw_bytes(), (*how.payloads)[block]});
-    }
+    for (int column = blocks.x0; column < blocks.x1; ++column)
+      for (std::size_t sample = 0; sample < samples; ++sample) {
+        const std::size_t block = all.index(column, row) * samples + sample;
+        transfers_.push_back({block * shape.raw_bytes(), (*how.payloads)[block]});
+      }
 }
 
 void TileStore::plan_rows(const FrameStore& how, const Tile& tile) {

@@ -40,15 +40,15 @@ struct StoredFrame {
 struct FrameStore {
   PixelCoder coder;
   bool compressed = false;
-  int samples = 1;  // stored of each pixel; more than one only uncompressed
+  int samples = 1;  // stored of each pixel
   memory::Purpose purpose = memory::Purpose::kFrameBuffer;
   std::uint64_t base = 0;  // base address within the purpose's memory
   // Uncompressed pixels lie tile by tile, and tiles may share bursts: the recorder charges them, and TileStore moves none.
   bool by_tile = false;
   int signature_bits = 64;
   StoredFrame* before = nullptr;  // transaction elimination; nullptr: every tile is written
-  // If the frame is compressed and passes load it: the stored bytes of each block, row by row, which store() keeps up
-  // to date. nullptr: no pass loads it.
+  // If the frame is compressed and passes load it: the stored bytes of each block, row by row and in it sample by sample,
+  // which store() keeps up to date. nullptr: no pass loads it.
   std::vector<std::uint16_t>* payloads = nullptr;
 
   std::uint64_t signature_bytes() const { return static_cast<std::uint64_t>(signature_bits + 7) / 8; }
@@ -68,7 +68,8 @@ constexpr std::uint64_t kept_bits(std::uint64_t signature, int bits) {
 // tile, and the recorder charges them, as tiles share bursts of that array. Blocks that the region cuts are filled up
 // with copies of their nearest pixels and take no more than their existing rows.
 //
-// Attachments of passes are stored the same way, but for raw pixels, which lie tile by tile.
+// Attachments of passes are stored the same way, but for raw pixels, which lie tile by tile. If one keeps all samples, a block
+// of pixels is a block for each sample. Samples behind the first hold the difference from it, as in TexelFormat.
 //
 // Invariants (cited by the tests):
 //   PS1  The traffic of a tile does not depend on other tiles.
@@ -128,7 +129,7 @@ class TileStore {
   void plan_rows(const FrameStore& how, const Tile& tile);
   void plan_payloads(const FrameStore& how, const Tile& tile);
   void plan_changed_rows(const FrameStore& how, const Tile& tile);
-  std::uint64_t compressed_bytes(const FrameStore& how, const Tile& tile, IntRect block);
+  std::uint64_t compressed_bytes(const FrameStore& how, const Tile& tile, IntRect block, std::size_t sample);
   static void round_pixels(const PixelCoder& coder, const Tile& tile, Image& color);
 
   struct Transfer {
@@ -150,19 +151,23 @@ inline constexpr bool kAbsentWhenIdle<tilecore::StoreCounters> = true;
 template <>
 inline constexpr auto kCounterFields<tilecore::StoreCounters> = std::to_array<CounterField<tilecore::StoreCounters>>({
     {"resolve.tiles_not_written", &tilecore::StoreCounters::tiles_not_written, Combine::kSum, "tiles",
-     "Tiles whose colours have the signature of the content of the frame buffer, or of the attachment into which their "
-     "pass stores them, with frame_buffer.transaction_elimination.",
+     "Tiles whose colours, depths or other texels have the signature of the content of the frame buffer or of the "
+     "attachment into which their pass stores them, once for each of these, with frame_buffer.transaction_elimination.",
      "MaliFragTileKill (FRAG_TRANS_ELIM)"},
     {"resolve.wrong_matches", &tilecore::StoreCounters::wrong_matches, Combine::kSum, "tiles",
-     "Tiles of these whose pixels differ nevertheless: the image is wrong there.", ""},
+     "Tiles of these whose pixels differ nevertheless. Where they are colours, the image is wrong there; the emulator "
+     "stores other texels all the same.",
+     ""},
     {"resolve.signature_bytes", &tilecore::StoreCounters::signature_bytes, Combine::kSum, "bytes",
-     "Bytes of stored colours hashed for signatures of tiles.", ""},
+     "Bytes of stored colours and other texels hashed for signatures of tiles.", ""},
     {"resolve.pixels_coded", &tilecore::StoreCounters::pixels_coded, Combine::kSum, "pixels",
      "Finished pixels that were tone-mapped and coded for a frame buffer, or an attachment, of rgba8 or rgb10a2.", ""},
     {"resolve.pixels_compressed", &tilecore::StoreCounters::pixels_compressed, Combine::kSum, "pixels",
-     "Pixels of blocks of the frame buffer, or of attachments of passes, that were compressed and written.", ""},
+     "Pixels of blocks of the frame buffer, or of what passes store, that were compressed and written. A sample counts "
+     "as a pixel, and so does each word of 32 bits of a G-buffer.",
+     ""},
     {"resolve.pixels_decompressed", &tilecore::StoreCounters::pixels_decompressed, Combine::kSum, "pixels",
-     "Pixels of blocks that passes of a capture loaded and decompressed.", ""},
+     "Pixels of blocks that passes loaded and decompressed, counted in the same way.", ""},
 });
 TESSERA_COUNTERS_COVER(tilecore::StoreCounters);
 

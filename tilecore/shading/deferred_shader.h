@@ -12,6 +12,7 @@
 #include "scene/drawable_lookup.h"
 #include "tilecore/drawable_counts.h"
 #include "tilecore/frame_targets.h"
+#include "tilecore/resolve/stored_texels.h"
 #include "tilecore/shading/fragment_merger.h"
 #include "tilecore/shading/layer_merge.h"
 #include "tilecore/shading/pixel_shader.h"
@@ -70,6 +71,9 @@ class DeferredShader {
   // the light list wait in memory with it.
   std::uint64_t fill(const TileJob& job, const TileSamples& samples, TileState& state);
   void light(const TileJob& job, const TileSamples& samples, TileState& state);
+  // Between the two: codes what fill() has left, in the planes of gbuffer_format().
+  void encode_gbuffer(const TileJob& job, const TileSamples& samples, const TileState& state,
+                      TexelEncoder& encoder) const;
   // Leaves in `behind` the pixels of opaque surfaces, each the mean of its samples, as shade() does unless it is
   // nullptr.
   void shade_opaque(const TileJob& job, const TileSamples& samples, const TileState& state,

@@ -24,7 +24,7 @@ namespace tessera::tilecore {
 // Invariants (cited by the tests):
 //   GB1  With the exact layout images have the same bits on all paths.
 //   GB2  The default path has the bytes, counters and bits of a machine without a G-buffer.
-//   GB3  Stored, the G-buffer of a frame takes width x height x samples x bytes of a sample, and is loaded once.
+//   GB3  Stored raw, the G-buffer of a frame takes width x height x samples x bytes of a sample, and is loaded once.
 //   GB4  Every invocation of a lit, opaque surface that is neither layered nor a procedure is filled once and lit once.
 
 // Arrays that the fill half writes and the light half reads, by number.

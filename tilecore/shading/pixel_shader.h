@@ -103,6 +103,10 @@ class PixelShader {
              std::span<ShadedPoint> points, TextureUnit* textures, std::size_t warp_lanes, const Halves& halves);
   // For each invocation of the last fill(), whether it filled the G-buffer.
   std::span<const std::uint8_t> filled() const { return filled_; }
+  // A value that fill() left for an invocation; `plane`: of GbufferPlanes.
+  float filled_value(std::size_t plane, std::size_t invocation) const {
+    return planes_[plane * filled_.size() + invocation];
+  }
   // Lights of the list that the last fill() made; 0: none was made.
   std::size_t listed_lights() const { return listed_ ? light_list_.numbers().size() : 0; }
   // Warps of light halves since the last call; take_warps() does not include them.
