@@ -51,9 +51,9 @@ TilePixels tile_of(unsigned pixels) {
 }
 
 TilePixels largest_tile(std::uint64_t bytes_of_pixel, std::uint64_t memory_bytes, std::uint64_t tiles) {
-  constexpr unsigned kLeast = 8 * 8, kMost = 64 * 64;
-  unsigned pixels = kMost;
-  while (pixels > kLeast && tiles * pixels * bytes_of_pixel > memory_bytes) pixels /= 2;
+  constexpr unsigned kSmallestTile = 8 * 8, kLargestTile = 64 * 64;
+  unsigned pixels = kLargestTile;
+  while (pixels > kSmallestTile && tiles * pixels * bytes_of_pixel > memory_bytes) pixels /= 2;
   return tile_of(pixels);
 }
 
