@@ -36,9 +36,12 @@ std::uint64_t loaded_bytes(const memory::Ledger& ledger) {
 std::uint64_t resolved_bytes(const tilecore::TileJob& job, const memory::Ledger& ledger) {
   const PassSurfaces surfaces = surfaces_of(job);
   const bool into_frame = job.depths == nullptr && !job.actions.color;
-  return surfaces.resolved_bytes + (into_frame && surfaces.resolves_color
-                                        ? ledger.traffic(Unit::kResolve, Purpose::kFrameBuffer).written_bytes
-                                        : 0);
+  const std::uint64_t frame =
+      into_frame && surfaces.resolves_color ? ledger.traffic(Unit::kResolve, Purpose::kFrameBuffer).written_bytes : 0;
+  // Unless one of them keeps all samples, attachments are stored as tiles store them, compressed and with velocities.
+  return frame + (surfaces.keeps_samples        ? surfaces.resolved_bytes
+                  : surfaces.resolved_bytes > 0 ? ledger.traffic(Unit::kResolve, Purpose::kAttachment).written_bytes
+                                                : 0);
 }
 
 // Counters of the passes of a view that draw.
@@ -162,6 +165,8 @@ gpu::ObservedWork BaselineObserver::measure_whole(const gpu::RenderedView& view,
                                                   BaselineCounters& out) {
   std::optional<tilecore::DepthMaps> maps;  // the machine's own stay as they are
   if (job.depths != nullptr) job.depths = &maps.emplace(*job.depths);
+  std::optional<tilecore::VelocityAttachment> velocities;
+  if (job.velocities != nullptr) job.velocities = &velocities.emplace(*job.velocities);
   gpu::FrameResult whole(view.result.frame, tilecore::FrameTargets(view.result.targets.region, false));
   gpu::ObservedWork record;
   gpu::ViewRun run{whole_->gpu, job, whole_->recorder, whole, &record};

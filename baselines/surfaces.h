@@ -13,8 +13,9 @@ struct PassSurfaces {
   std::uint64_t depth_bytes = 4;  // of a sample
   std::uint64_t color_bytes = 4;  // of a sample; 0: the pass draws depths alone
   bool resolves_color = false;    // it stores fewer colours of a pixel than it draws
-  bool loads_color = false;       // the colours are those that were stored before
-  // Bytes of the surfaces that are stored with fewer samples than are drawn, beside the frame.
+  bool loads_color = false;       // the present colours are loaded before it draws
+  bool keeps_samples = false;     // it stores all samples of an attachment
+  // Raw bytes of the surfaces that are stored with fewer samples than are drawn, beside the frame.
   std::uint64_t resolved_bytes = 0;
 
   // Bytes of a sample in a tile.
@@ -45,6 +46,8 @@ inline PassSurfaces surfaces_of(const tilecore::TileJob& job) {
     if (out.resolves_color) out.resolved_bytes += stored(actions.color->pixel_bytes());
   }
   if (actions.depth_bytes > 0 && actions.depth_samples < samples) out.resolved_bytes += stored(actions.depth_bytes);
+  out.keeps_samples =
+      (actions.color && !out.resolves_color) || (actions.depth_bytes > 0 && actions.depth_samples == samples);
   return out;
 }
 

@@ -41,7 +41,7 @@ class Bloom {
   std::span<const BloomStep> steps() const { return steps_; }
   std::size_t levels() const { return sizes_.size(); }
   std::array<int, 2> size(std::size_t level) const { return sizes_[level]; }
-  // Texels of a level in memory, and the code of one, of which `light` has red, green and blue.
+  // The format of a level in memory, and the code of a texel of this red, green and blue light.
   tilecore::TexelFormat texel_format() const;
   tilecore::PixelCode code(std::span<const float> light) const;
   // Base address of a level within the memory of attachments.

@@ -353,7 +353,6 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, ViewS
   run.bloom_strength = static_cast<float>(settings_.post.bloom);
   run.waits = !shadow_passes_.any_pass();
   pipeline_.render(run, {guesses, guess ? &*guess : nullptr});
-  if (taa != nullptr) eye.taa.end(geometry);
   for (const tilecore::DepthMaps* maps : shadow_passes_.stored()) recorder.stored(texture_memory_.range(*maps));
   shadow_passes_.finish(result);
   if (result.counters.transmission.pixels_kept > 0) recorder.stored(texture_memory_.range(behind_));
@@ -376,6 +375,7 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, ViewS
     view.map_lines = map_lines;
     observer_->view_rendered(view);
   }
+  if (taa != nullptr) eye.taa.end(geometry);  // observers still read the motion from the previous frame
   return geometry;
 }
 

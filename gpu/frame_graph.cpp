@@ -235,9 +235,7 @@ class FrameGraph::Reader {
     refuse_settings();
     Taa& made = out.taa_.emplace();
     made.name = pass().name, made.source = *last_, made.share = static_cast<float>(settings_.post.taa);
-    made.velocity_base = out.actions_.velocity_base;
-    if (std::ranges::find(one.sample, depth) != one.sample.end())
-      made.depth_base = out.actions_.depth_base, made.depth_bytes = out.actions_.depth_bytes;
+    if (std::ranges::find(one.sample, depth) != one.sample.end()) made.depth_bytes = out.actions_.depth_bytes;
     const tilecore::PixelCoder coder(tilecore::FrameFormat::kRgba16f, frame_exposure(capture_, settings_));
     last_ = tilecore::ColorAttachment{coder, 0, 1};
     made.before_base = place_array(Taa::history_format(), region_);

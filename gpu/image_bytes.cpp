@@ -17,6 +17,10 @@ std::uint64_t image_bytes(const RenderRequest& request, const RunSettings& setti
   const std::uint64_t depths = settings.shading.path == tilecore::ShadingPath::kPrepass
                                    ? 4 * static_cast<std::uint64_t>(settings.sampling.samples_per_pixel)
                                    : 0;
+  // A G-buffer in memory keeps the size of each block of 64 samples, 2 bytes for each of at most 32 words.
+  const std::uint64_t blocks = settings.shading.path == tilecore::ShadingPath::kGbufferExternal
+                                   ? static_cast<std::uint64_t>(settings.sampling.samples_per_pixel)
+                                   : 0;
   const bool transmits = std::any_of(capture.materials.begin(), capture.materials.end(), [](const scene::Material& m) {
     return m.has(scene::MaterialEffect::kTransmission);
   });
@@ -31,7 +35,7 @@ std::uint64_t image_bytes(const RenderRequest& request, const RunSettings& setti
   const std::uint64_t stored = gpu.frame_buffer.transaction_elimination && graph ? 16 * graph->attachments.size() : 0;
   return static_cast<std::uint64_t>(request.region.width()) * static_cast<std::uint64_t>(request.region.height()) *
          ((per_pixel + histories + stored) * (stereo ? 2 : 1) + (transmits ? 16u : 0u) +
-          (runs(scene::PassShader::kBloom) ? 16u : 0u) + depths);
+          (runs(scene::PassShader::kBloom) ? 16u : 0u) + depths + blocks);
 }
 
 }  // namespace tessera::gpu

@@ -62,7 +62,7 @@ void check_shading_path(const GpuConfiguration& gpu, const RunSettings& settings
     bool there;
     const char *with, *because;
   };
-  const std::array<Conflict, 5> conflicts = {{
+  const std::array<Conflict, 4> conflicts = {{
       {settings.shading.has_gbuffer() && settings.shading.rate == tilecore::ShadingRate::kCache, "shading.rate=cache",
        "cells of surfaces have no samples to leave their materials in"},
       {path == Path::kGbufferExternal && settings.resolve.desampling != tilecore::Desampling::kOff,

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/check.h"
 #include "base/round_up.h"
 #include "gpu/input_signatures.h"
+#include "tilecore/resolve/block_codes.h"
 #include "tilecore/shading/gbuffer_texels.h"
 
 namespace tessera::gpu {
@@ -15,10 +17,6 @@ using memory::Unit;
 using tilecore::BlockShape;
 using tilecore::StoreCounters;
 using tilecore::TexelFormat;
-
-std::uint64_t texel_count(IntRect rect) {
-  return rect.empty() ? 0 : static_cast<std::uint64_t>(rect.width()) * static_cast<std::uint64_t>(rect.height());
-}
 
 std::vector<IntRect> tiles_of(const binner::TileGrid& grid) {
   std::vector<IntRect> all;
@@ -52,7 +50,7 @@ tilecore::TexelCoding texel_coding(const GpuConfiguration& gpu) {
 }
 
 std::uint64_t array_bytes(const GpuConfiguration& gpu, const TexelFormat& format, IntRect texels) {
-  if (!texel_coding(gpu).compressed) return texel_count(texels) * format.texel_bytes();
+  if (!texel_coding(gpu).compressed) return tilecore::pixel_count(texels) * format.texel_bytes();
   return format.block_bytes(texels) + format.block_count(texels) * tilecore::kBlockHeaderBytes;
 }
 
@@ -74,7 +72,7 @@ void StoredArray::forget() {
   for (Content& content : contents_) content.signature.reset();
 }
 
-StoreCounters StoredArray::take(Content& content, tilecore::StoredTexels texels) const {
+StoreCounters StoredArray::keep(tilecore::StoredTexels texels, Content& content) const {
   StoreCounters work;
   content.kept = false;
   if (how_.signs) {
@@ -102,7 +100,8 @@ StoreCounters StoredArray::load(std::size_t tile) const {
     const BlockShape& shape = format_.planes[plane];
     const TexelFormat alone{.planes = {shape}, .samples = format_.samples};
     for (const std::size_t end = block + alone.block_count(pieces_[tile]); block < end && block < bytes.size(); ++block)
-      if (bytes[block] > 0) work.pixels_decompressed += shape.pixels();
+      if (bytes[block] > 0 && tilecore::compressible(shape, how_.burst_bytes))
+        work.pixels_decompressed += shape.pixels();
   }
   return work;
 }
@@ -121,7 +120,7 @@ std::uint64_t StoredArray::move_texels(WorkRecorder::Round& round, const tilecor
   TileArray array{write ? Unit::kResolve : Unit::kTilecore, Purpose::kAttachment, write, base_};
   std::uint64_t offset = 0, moved = 0;
   for (const binner::TileIndex tile : order.tiles()) {
-    const std::uint64_t bytes = texel_count(pieces_[tile]) * format_.texel_bytes();
+    const std::uint64_t bytes = tilecore::pixel_count(pieces_[tile]) * format_.texel_bytes();
     if (goes(tile)) moved += round.move(tile, array, offset, bytes);
     offset += bytes;
   }
@@ -134,15 +133,17 @@ std::uint64_t StoredArray::move_blocks(WorkRecorder::Round& round, const tilecor
   std::uint64_t offset = 0, moved = 0;
   for (const binner::TileIndex tile : order.tiles()) {
     const std::vector<std::uint16_t>& bytes = contents_[tile].block_bytes;
-    if (!goes(tile) || bytes.empty()) {
+    if (!goes(tile)) {
       offset += format_.block_bytes(pieces_[tile]);
       continue;
     }
+    // A load before anything was stored reads headers alone.
+    TESSERA_CHECK(!write || bytes.size() == format_.block_count(pieces_[tile]), "a piece is coded before it is stored");
     std::size_t block = 0;
     for (const BlockShape& shape : format_.planes) {
       const TexelFormat alone{.planes = {shape}, .samples = format_.samples};
       for (const std::size_t end = block + alone.block_count(pieces_[tile]); block < end; ++block) {
-        moved += round.move(tile, blocks, offset, bytes[block]);
+        if (block < bytes.size()) moved += round.move(tile, blocks, offset, bytes[block]);
         offset += shape.raw_bytes();
       }
     }
@@ -186,16 +187,16 @@ void StoredArrays::begin(const GpuConfiguration& gpu, const tilecore::TileJob& j
     if (!before || *before != frame - 1) array.forget();
   };
   const int samples = job.pattern->samples_per_pixel();
-  const auto behind = [&](StoredArray& array, const TexelFormat& format) {
+  const auto start_next = [&](StoredArray& array, const TexelFormat& format) {
     start(array, format, tiles, place);
     place += round_up(array_bytes(gpu, format, job.grid->region()), job.burst_bytes());
   };
   const bool external = job.shading.path == tilecore::ShadingPath::kGbufferExternal;
-  // Places follow from depths, unless the records name them.
+  // The light half finds places from depths; records of the exact layout name them.
   if (job.shading.path == tilecore::ShadingPath::kPrepass ||
       (external && job.shading.layout == tilecore::GbufferLayout::kPacked))
-    behind(sample_depths, tilecore::depth_format(sizeof(float), samples));
-  if (external) behind(gbuffer, tilecore::gbuffer_format(job.shading, samples));
+    start_next(sample_depths, tilecore::depth_format(sizeof(float), samples));
+  if (external) start_next(gbuffer, tilecore::gbuffer_format(job.shading, samples));
   if (const tilecore::AttachmentActions& actions = job.actions; actions.depth_bytes > 0)
     start(depths,
           tilecore::depth_format(actions.depth_bytes / static_cast<std::uint64_t>(actions.depth_samples),
@@ -204,7 +205,10 @@ void StoredArrays::begin(const GpuConfiguration& gpu, const tilecore::TileJob& j
   if (job.actions.velocity_bytes > 0) start(velocities, Taa::velocity_format(), tiles, job.actions.velocity_base);
   if (passes.taa != nullptr) {
     std::swap(history, history_before);
+    const int last = number + 1;
+    number += frame & 1;  // each of the two places has its own signatures
     start(history, Taa::history_format(), tiles, passes.taa->history.base);
+    number = last + 1;
     if (!before || *before != frame - 1) history_before.forget();
     history_before.set_base(passes.taa->before_base);
   }

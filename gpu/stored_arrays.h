@@ -54,7 +54,7 @@ class StoredArray {
     if (!how_.any() || pieces_[tile].empty()) return {};
     tilecore::TexelEncoder encoder(format_, how_, pieces_[tile]);
     fill(encoder);
-    return take(contents_[tile], encoder.take());
+    return keep(encoder.take(), contents_[tile]);
   }
   // The work of a tile that loads its piece.
   tilecore::StoreCounters load(std::size_t tile) const;
@@ -73,7 +73,8 @@ class StoredArray {
     std::uint64_t check = 0;
     bool kept = false;  // the last store wrote nothing
   };
-  tilecore::StoreCounters take(Content& content, tilecore::StoredTexels texels) const;
+  // Makes the texels the content of a piece, unless their signature matches.
+  tilecore::StoreCounters keep(tilecore::StoredTexels texels, Content& content) const;
   std::uint64_t move_texels(WorkRecorder::Round& round, const tilecore::TileOrder& order, bool write,
                             const Moves& goes) const;
   std::uint64_t move_blocks(WorkRecorder::Round& round, const tilecore::TileOrder& order, bool write,
@@ -92,7 +93,7 @@ class StoredArray {
 // The arrays of a view.
 class StoredArrays {
  public:
-  // Of the passes of a frame: nullptr if there is none.
+  // Passes of a frame that use arrays; nullptr if there is none.
   struct Passes {
     const Taa* taa = nullptr;
     const Bloom* bloom = nullptr;
@@ -104,11 +105,11 @@ class StoredArrays {
   // Ends that frame. A frame that does not finish leaves no contents.
   void end(int frame);
 
-  StoredArray sample_depths;  // of a prepass, or beside a packed G-buffer
-  StoredArray gbuffer;
-  StoredArray depths, velocities;       // that the drawing pass stores
+  StoredArray sample_depths;            // depths of all samples: from a prepass, or beside a packed G-buffer
+  StoredArray gbuffer;                  // in memory, between its two passes
+  StoredArray depths, velocities;       // stored by the pass that draws
   StoredArray history, history_before;  // of temporal antialiasing: of this frame, and of the one before
-  std::vector<StoredArray> bloom;       // by level
+  std::vector<StoredArray> bloom;       // levels
 
  private:
   std::optional<int> finished_;

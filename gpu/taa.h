@@ -31,9 +31,8 @@ namespace tessera::gpu {
 struct Taa {
   std::string name;
   tilecore::ColorAttachment source, history;  // the colours that the pass reads, and the history that it writes
-  // Base addresses within the memory of attachments. The driver swaps the two histories from frame to frame; `before_base` is
-  // always the address of the older one.
-  std::uint64_t before_base = 0, velocity_base = 0, depth_base = 0;
+  // Base address of the older history within the memory of attachments. The driver swaps the two from frame to frame.
+  std::uint64_t before_base = 0;
   std::uint64_t depth_bytes = 0;  // of a pixel; 0: the pass samples no depths
   float share = 0.1f;             // post.taa
 

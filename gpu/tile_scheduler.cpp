@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "base/check.h"
-#include "base/round_up.h"
 #include "base/thread_clock.h"
 #include "gpu/image_passes.h"
 
@@ -393,7 +392,6 @@ void TileScheduler::store_texels(const GeometryPass& pass, std::size_t t, const 
     if (job.shading.layout == tilecore::GbufferLayout::kPacked) store_depths(arrays.sample_depths, true);
     core.count(
         arrays.gbuffer.store(t, [&](tilecore::TexelEncoder& encoder) { core.encode_gbuffer(job, state, encoder); }));
-    return;
   }
   if (actions.depth_bytes > 0)
     store_depths(arrays.depths, actions.depth_bytes == 4 * static_cast<std::uint64_t>(actions.depth_samples));

@@ -227,10 +227,11 @@ class ReplayCommand final : public Command {
     room.release();
     if (!first_frame.views.empty()) add_sensitivity(gpu, first_frame.views, statistics);
     if (first_frame.parts) {
-      const LeaveOneOut without(capture, gpu, settings, request, {.most = left_out}, [&](gpu::Device& device) {
-        if (history) device.set_history(*history);
-        warm_up(device, std::max(0, first - warmup_), first);
-      });
+      const LeaveOneOut without(capture, gpu, settings, request, {.most = left_out},
+                                [&, start = first](gpu::Device& device) {
+                                  if (history) device.set_history(*history);
+                                  warm_up(device, std::max(0, start - warmup_), start);
+                                });
       statistics.set_without(
           without.measure(*first_frame.parts, renderer.assembly(), names, watch_on_terminal(quiet_)));
       if (!quiet_) fmt::print(words(), "{}", left_out_table(statistics.first_frame()));

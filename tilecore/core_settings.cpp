@@ -58,13 +58,13 @@ Keys<FrameBufferSettings> frame_buffer_keys() {
        "[spec] render targets of every API; [assumed] rgba8, as phones show"},
       {"frame_buffer.compression", &FrameBufferSettings::compression,
        "Whether tile cores compress finished pixels on their way to memory, in blocks of 256 bytes; saves traffic, not "
-       "room. Attachments of colours that passes of a capture store are compressed as well, unless they keep all "
-       "samples.",
+       "room. All that passes store for later ones is compressed as well, but for shadow maps and the image behind "
+       "surfaces that transmit.",
        "[assumed] lossless, as Arm's AFBC and Qualcomm's UBWC"},
       {"frame_buffer.transaction_elimination", &FrameBufferSettings::transaction_elimination,
        "Whether tile cores leave a tile's pixels unwritten when their signature equals the previous frame's; they read "
-       "and write signatures in memory. The first of several frames is written whole. Each attachment of colours that "
-       "passes of a capture store has signatures of its own.",
+       "and write signatures in memory. The first of several frames is written whole. Each attachment that passes "
+       "store for later ones has signatures of its own.",
        "[spec] Arm's transaction elimination"},
       {"frame_buffer.signature_bits", &FrameBufferSettings::signature_bits, "bits", 4, 64,
        "Width of a tile's signature, the lowest bits of a CRC-64, in whole bytes of memory. Narrow signatures match "

@@ -100,7 +100,7 @@ TEST(StoredArrays, CompressionMovesLessAndKeepsTheImage) {  // SA1, SA2
   }
 }
 
-// Where no tile sees a surface, all is as a clear leaves it: a header of a byte for each block of 8x8 pixels, sample and plane.
+// Without surfaces all is as a clear leaves it: a header of a byte for each block of 8x8 pixels, sample and plane.
 TEST(StoredArrays, AClearedArrayMovesHeadersAlone) {
   const std::map<std::string, std::uint64_t> planes = {
       {"prepass", kSamples}, {"exact", 16 * kSamples}, {"d32f", kSamples}, {"d24", 1}, {"d16", kSamples}};
@@ -133,6 +133,91 @@ TEST(StoredArrays, NoBurstBelongsToTwoArrays) {
         EXPECT_EQ(read, kind.loads ? written : decltype(read){}) << kind.name << key;
         for (const auto& [burst, times] : written) EXPECT_EQ(times, 1) << kind.name << key << burst;
       }
+}
+
+// Frames and regions that cut blocks, bursts of all sizes, any number of samples: the bytes are loaded as they were stored,
+// and no array takes more than its raw texels and headers, each in whole bursts.
+TEST(StoredArrays, AnyBurstRegionAndSamplesKeepTheImage) {
+  const std::vector<Asked> runs = {{{0}, 100, 70}, {{0}, 96, 64, false, {5, 3, 78, 51}}, {{0}, 37, 9}};
+  for (const Kind& kind : kinds())
+    for (const Asked& run : runs)
+      for (const Keys& more : {Keys{}, Keys{"memory.burst_bytes=16"}, Keys{"memory.burst_bytes=256"},
+                               Keys{"sampling.samples_per_pixel=16"}}) {
+        SCOPED_TRACE(kind.name + (more.empty() ? "" : more[0]));
+        const FrameResult raw = frame_of(squares(true, false), kind, plus(more, {kRaw}), run),
+                          packed = frame_of(squares(true, false), kind, plus(more, {kCompressed}), run);
+        EXPECT_TRUE(same_image(raw, packed));
+        EXPECT_EQ(loaded(packed.counters), kind.loads ? stored(packed.counters) : 0);
+        // A header of a byte for at least 64 bytes, and a partly used burst at the end of each row of blocks of a tile.
+        EXPECT_LT(stored(packed.counters), stored(raw.counters) * 5 / 4 + 4096);
+        EXPECT_GT(stored(packed.counters), 0u);
+      }
+}
+
+// Words of which nothing is known are stored raw: blocks that the frame cuts take their rows alone.
+TEST(StoredArrays, CutBlocksTakeTheirRowsAlone) {
+  Kind wide = kinds()[3];
+  const Asked run{{0}, 96, 70};
+  const auto bits = [&](const char* count) {
+    wide.keys.back() = std::string("gbuffer.bits=") + count;
+    return stored(frame_of(squares(true, false), wide, {kCompressed, "sampling.samples_per_pixel=1"}, run).counters);
+  };
+  wide.keys = {"shading.path=gbuffer_external", "gbuffer.layout=packed", "gbuffer.bits=128"};
+  // 8 bytes a pixel in 2 planes, whose last rows of blocks hold 6 rows of 32 bytes, and headers.
+  const std::uint64_t blocks = 96 / 8 * 9;
+  const std::uint64_t narrow = bits("128");
+  EXPECT_EQ(bits("192") - narrow, 8 * 96 * 70 + bursts(6 * blocks) - bursts(4 * blocks));
+}
+
+// A depth that the capture stores beside a G-buffer in memory takes what it takes on other paths.
+TEST(StoredArrays, ADepthIsStoredOnEveryPath) {
+  for (const AttachmentFormat format : {AttachmentFormat::kD32F, AttachmentFormat::kD16})
+    for (const StoreAction store : {StoreAction::kStore, StoreAction::kResolve}) {
+      const auto bytes = [&](const PassGraph& graph, const std::string& path) {
+        return stored(frames_of(squares(true, false), graph, plus(kSampled, {kCompressed, "shading.path=" + path}))
+                          .front()
+                          .counters);
+      };
+      const std::uint64_t alone = bytes(storing_depths(format, store), "visibility");
+      EXPECT_GT(alone, kPixels / 64);
+      for (const char* path : {"gbuffer", "gbuffer_external"})
+        EXPECT_EQ(bytes(storing_depths(format, store), path) - bytes(plain(), path), alone) << path;
+    }
+}
+
+// Lists that do not fit leave rounds behind; the arrays are stored and loaded once all the same.
+TEST(StoredArrays, PartialRendersStoreOnce) {
+  for (const Kind& kind : kinds()) {
+    const FrameResult whole = frame_of(squares(true, false), kind, {kCompressed}),
+                      parts = frame_of(squares(true, false), kind, {kCompressed, "parameter_buffer.bytes=1152"});
+    EXPECT_GT(parts.counters.binner.partial_renders, 0u) << kind.name;
+    EXPECT_TRUE(same_image(whole, parts)) << kind.name;
+    EXPECT_EQ(stored(parts.counters), stored(whole.counters)) << kind.name;
+    // Tiles that begin in different rounds read a burst of headers once each.
+    EXPECT_GE(loaded(parts.counters), loaded(whole.counters)) << kind.name;
+    EXPECT_LE(loaded(parts.counters), loaded(whole.counters) + 64 * kTiles) << kind.name;
+  }
+}
+
+// Samples of rgba16f whose colours differ a little in both directions take little: a difference is a number, not a half.
+TEST(StoredArrays, SmallDifferencesOfSamplesTakeLittle) {
+  constexpr int kSide = 16;
+  tilecore::FrameStore store;
+  store.coder = tilecore::PixelCoder(tilecore::FrameFormat::kRgba16f, 1);
+  store.compressed = store.by_tile = true, store.samples = 2;
+  std::vector<Vec3> color;
+  std::vector<float> coverage(std::size_t{2 * kSide * kSide}, 1.0f);
+  for (int pixel = 0; pixel < kSide * kSide; ++pixel) {
+    color.emplace_back(1.0f);
+    color.emplace_back(1.0f + static_cast<float>(pixel % 3 - 1) / 512);
+  }
+  tilecore::TileStore unit;
+  Image image(kSide, kSide, 4);
+  memory::Ledger ledger;
+  unit.round(store.coder, color, coverage, true);
+  unit.store_attachment(store, {.pixels = {0, 0, kSide, kSide}, .region = {0, 0, kSide, kSide}}, image, ledger);
+  // Eight blocks of a burst for the first samples, and three channels of residuals of 4 bits at most for the second.
+  EXPECT_LE(ledger.total().written_bytes, 8u * 64u + 8u * 128u);
 }
 
 // ---- Signatures ------------------------------------------------------------------------------------------------------
@@ -251,7 +336,7 @@ TEST(StoredArrays, ACompressedBloomKeepsTheImage) {  // SA2
       const FrameResult raw = std::move(frames_of(bright, blooming(format, 4), {kRaw}, run).front()),
                         packed = std::move(frames_of(bright, blooming(format, 4), {kCompressed}, run).front());
       EXPECT_TRUE(same_image(raw, packed));
-      // What a pass loads is what the last one stored there.
+      // A pass loads the bytes that the last one stored there.
       const std::vector<PassResult>& passes = packed.passes;
       for (std::size_t down = 2; down <= 4; ++down)
         EXPECT_EQ(loaded(passes[down].counters), stored(passes[down - 1].counters)) << down;
@@ -279,6 +364,22 @@ TEST(StoredArrays, AHistoryIsReadAsItWasStored) {  // SA2
       EXPECT_EQ(loaded(passes[1].counters), stored(passes[0].counters) + stored(packed[f - 1].passes[1].counters)) << f;
       EXPECT_EQ(loaded(passes[2].counters), stored(passes[1].counters)) << f;
     }
+  }
+}
+
+// Signatures leave images of later passes as they are.
+TEST(StoredArrays, SignaturesKeepBloomsAndHistories) {  // SA3
+  for (const PassGraph& graph : {blooming(AttachmentFormat::kR11G11B10F, 4), test::antialiasing(true)}) {
+    const Asked run{{0, 1, 2, 5, 6}, 100, 70};
+    const auto all = frames_of(squares(false, true), graph, {kCompressed}, run),
+               found = frames_of(squares(false, true), graph, {kCompressed, kTransactions}, run);
+    for (std::size_t f = 0; f < all.size(); ++f) {
+      EXPECT_TRUE(same_image(found[f], all[f])) << f;
+      EXPECT_EQ(found[f].counters.store.wrong_matches, 0u) << f;
+      EXPECT_LE(stored(found[f].counters), stored(all[f].counters)) << f;
+      EXPECT_EQ(loaded(found[f].counters), loaded(all[f].counters)) << f;
+    }
+    EXPECT_LT(stored(found[1].counters), stored(all[1].counters));
   }
 }
 

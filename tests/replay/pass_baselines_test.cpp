@@ -41,7 +41,8 @@ struct Observed {
   const timing::FrameWork& work(SchemeId scheme) const { return works[static_cast<std::size_t>(scheme)]; }
 };
 
-Observed observe(const scene::Capture& capture, const Keys& keys = {}, std::size_t thread_count = 0) {
+// `frames`: number of frames that are rendered; the last one counts.
+Observed observe(const scene::Capture& capture, const Keys& keys = {}, std::size_t thread_count = 0, int frames = 1) {
   const ThreadLimit threads(thread_count);
   gpu::RunSettings settings;
   gpu::GpuConfiguration gpu;
@@ -50,6 +51,7 @@ Observed observe(const scene::Capture& capture, const Keys& keys = {}, std::size
   baselines::BaselineObserver schemes;
   device.set_observer(&schemes);
   gpu::FrameResult result = device.render(capture.settings.first_frame);
+  for (int frame = 1; frame < frames; ++frame) result = device.render(capture.settings.first_frame + frame);
   return {std::move(result), schemes.last(), schemes.passes(), schemes.works()};
 }
 
@@ -334,6 +336,29 @@ TEST(PassBytes, ABloomIsAlikeOnAllMachines) {
     }
   EXPECT_EQ(passes_out_of_balance(of), 0);
   EXPECT_EQ(passes_shaded_otherwise(of), 0);
+}
+
+// The second frame has a history. Immediate machines resolve depths and velocities into the bytes that tiles store.
+TEST(PassBytes, TemporalAntialiasingIsAlikeOnAllMachines) {
+  for (const std::string key : {"frame_buffer.compression=none", "frame_buffer.compression=lossless"})
+    for (const bool depths : {false, true}) {
+      const Observed of = observe(floor_scene(test::antialiasing(depths)), {key, "sampling.samples_per_pixel=4"}, 0, 2);
+      EXPECT_EQ(passes_stored_otherwise(of), 0);
+      EXPECT_EQ(passes_out_of_balance(of), 0);
+      EXPECT_EQ(passes_shaded_otherwise(of), 0);
+      const PassSet& history = pass_named(of, "taa");
+      for (std::size_t s = 0; s < baselines::kSchemeCount; ++s) {
+        EXPECT_EQ(history.set.schemes[s].frame_bytes_read, history.set[SchemeId::kTessera].frame_bytes_read) << s;
+        EXPECT_EQ(history.set.schemes[s].frame_bytes_written, history.set[SchemeId::kTessera].frame_bytes_written) << s;
+      }
+      const PassSet& draw = pass_named(of, "draw");
+      const std::uint64_t resolved = draw.set[SchemeId::kTessera].frame_bytes_written;
+      EXPECT_GT(draw.set[SchemeId::kImmediate].frame_bytes_written, resolved);
+      // The first frame moves no history.
+      const Observed first = observe(floor_scene(test::antialiasing(depths)), {key, "sampling.samples_per_pixel=4"});
+      EXPECT_LT(pass_named(first, "taa").set[SchemeId::kTessera].frame_bytes_read,
+                history.set[SchemeId::kTessera].frame_bytes_read);
+    }
 }
 
 // ---- Shadow maps ---------------------------------------------------------------------------------------------------

@@ -65,6 +65,7 @@ struct Asked {
   std::vector<int> frames{0};
   int width = kWidth, height = kHeight;
   bool record_accesses = false;
+  IntRect region{};  // empty: the whole frame
 };
 inline std::vector<gpu::FrameResult> frames_of(scene::Capture capture, const scene::PassGraph& graph,
                                                const std::vector<std::string>& keys, const Asked& run = {}) {
@@ -74,7 +75,8 @@ inline std::vector<gpu::FrameResult> frames_of(scene::Capture capture, const sce
     gpu::apply_setting(key, settings, machine);
   for (const std::string& key : keys) gpu::apply_setting(key, settings, machine);
   capture = with_graph(std::move(capture), graph);
-  gpu::RenderRequest request{run.width, run.height, {0, 0, run.width, run.height}};
+  const IntRect whole{0, 0, run.width, run.height};
+  gpu::RenderRequest request{run.width, run.height, run.region.empty() ? whole : run.region};
   request.record_accesses = run.record_accesses;
   gpu::Device device(capture, machine, settings, request);
   std::vector<gpu::FrameResult> all;

@@ -26,13 +26,6 @@ inline constexpr std::uint64_t kFramePixelBytes = frame_pixel_bytes(FrameFormat:
 // A pixel in memory: red, green, blue, coverage, each in its channel's lowest bits.
 using PixelCode = std::array<std::uint16_t, 4>;
 using ChannelBits = std::array<std::uint8_t, 4>;
-// A code less another one, channel by channel, modulo 2^N.
-constexpr PixelCode difference(const PixelCode& code, const PixelCode& from, const ChannelBits& bits) {
-  PixelCode out{};
-  for (std::size_t c = 0; c < out.size(); ++c)
-    out[c] = static_cast<std::uint16_t>((code[c] - from[c]) & ((1 << bits[c]) - 1));
-  return out;
-}
 constexpr ChannelBits channel_bits(FrameFormat format) {
   switch (format) {
     case FrameFormat::kRgba8:

@@ -19,17 +19,19 @@ namespace tessera::tilecore {
 // A texel has planes of up to four channels, and in each plane a code for every sample. In memory the texels of a tile
 // are a piece of the array. Stored raw, the texels of a piece lie row by row. With compression a piece is a sequence of
 // blocks, plane by plane, sample by sample, row by row. Every block is compressed on its own (frame_compression.h), keeps
-// the place of its raw bytes, and has a header. Samples behind the first one hold the difference from the first, channel
+// the place of its raw bytes, and has a header; blocks smaller than a burst stay raw. Samples behind the first one hold the difference from the first, channel
 // by channel modulo 2^N, as most pixels see one surface [assumed].
 //
 // Invariants (cited by the tests):
-//   STX1  Depths at infinity, and all else that a clear leaves, have codes of zero bits, which take no payload.
-//   STX2  Where all samples of a pixel are alike, the blocks of samples behind the first take no payload.
-//   STX3  A piece takes no more bytes compressed than its blocks do raw.
+//   STX1  Depths at infinity, and all else that a clear leaves, have codes of zero bits. Compressed blocks of them take no
+//         payload.
+//   STX2  If all samples of a pixel are alike, the blocks of samples behind the first take no payload.
+//   STX3  A compressed block takes no more bursts than its rows in the piece do raw.
 struct TexelFormat {
   std::vector<BlockShape> planes;
   int samples = 1;
-  // The last planes that hold data which the emulator does not know. They are stored raw.
+  // Number of planes, the last ones, whose data the emulator does not know. They are stored raw, and follow from the others
+  // [assumed]: a signature of the others stands for them, too.
   std::size_t unknown_planes = 0;
 
   std::size_t known_planes() const { return planes.size() - unknown_planes; }
@@ -64,7 +66,7 @@ inline PixelCode depth_code(float depth, bool single) {
 // `bytes` of a sample: 4, or 2 for formats of 16 bits.
 TexelFormat depth_format(std::uint64_t bytes, int samples);
 
-// What a tile stores into an array.
+// Texels of a tile as it stores them into an array.
 struct StoredTexels {
   std::vector<std::uint16_t> block_bytes;  // in memory, in the order of the blocks; empty: raw
   std::uint64_t pixels_compressed = 0;     // of all planes and samples
@@ -102,6 +104,7 @@ class TexelEncoder {
   // Adds codes_, which are those of a sample of the current plane.
   void add_samples(int sample);
   void add_blocks(const BlockShape& shape);
+  void add_raw_blocks(const BlockShape& shape);
 
   const TexelFormat& format_;
   TexelCoding how_;

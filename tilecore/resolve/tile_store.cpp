@@ -5,7 +5,7 @@
 
 #include "base/crc64.h"
 #include "base/vec.h"
-#include "tilecore/resolve/frame_compression.h"
+#include "tilecore/resolve/block_codes.h"
 
 namespace tessera::tilecore {
 namespace {
@@ -20,16 +20,6 @@ void put_pixel(Image& image, IntRect region, int x, int y, const Vec4& color) {
   for (std::size_t c = 0; c < 4; ++c) p[c] = color[static_cast<int>(c)];
 }
 
-// Blocks that a rectangle touches: columns and rows of blocks.
-IntRect touched_blocks(const BlockShape& shape, IntRect pixels) {
-  return {pixels.x0 / shape.width, pixels.y0 / shape.height, (pixels.x1 + shape.width - 1) / shape.width,
-          (pixels.y1 + shape.height - 1) / shape.height};
-}
-
-std::uint64_t pixels_in(IntRect rect) {
-  return static_cast<std::uint64_t>(rect.width()) * static_cast<std::uint64_t>(rect.height());
-}
-
 }  // namespace
 
 void StoredFrame::forget(std::size_t tiles, IntRect region) {
@@ -41,13 +31,13 @@ void StoredFrame::forget(std::size_t tiles, IntRect region) {
 std::uint64_t TileStore::header_offset(const FrameStore& how, IntRect region) {
   const BlockShape shape = stored_block(how.coder.format());
   const auto samples = static_cast<std::uint64_t>(how.samples);
-  if (how.compressed) return pixels_in(touched_blocks(shape, region)) * shape.raw_bytes() * samples;
-  return pixels_in(region) * how.coder.pixel_bytes() * samples;
+  if (how.compressed) return pixel_count(touched_blocks(shape, region)) * shape.raw_bytes() * samples;
+  return pixel_count(region) * how.coder.pixel_bytes() * samples;
 }
 
 std::uint64_t TileStore::header_bytes(const FrameStore& how, IntRect tile) {
   if (!how.compressed) return 0;
-  return pixels_in(touched_blocks(stored_block(how.coder.format()), tile)) * kBlockHeaderBytes *
+  return pixel_count(touched_blocks(stored_block(how.coder.format()), tile)) * kBlockHeaderBytes *
          static_cast<std::uint64_t>(how.samples);
 }
 
@@ -95,26 +85,19 @@ bool TileStore::keep_what_is_there(const FrameStore& how, const Tile& tile, Imag
   return true;
 }
 
-std::uint64_t TileStore::compressed_bytes(const FrameStore& how, const Tile& tile, IntRect block, std::size_t sample) {
+std::uint64_t TileStore::compressed_bytes(const FrameStore& how, const Tile& tile, int column, int row,
+                                          std::size_t sample) const {
   const BlockShape shape = stored_block(how.coder.format());
-  const IntRect inside = block.intersect(tile.pixels);
-  const std::uint64_t row_bytes = static_cast<std::uint64_t>(shape.width) * how.coder.pixel_bytes();
-  const std::uint64_t raw =
-      memory::burst_bytes(static_cast<std::uint64_t>(inside.y0 - block.y0) * row_bytes,
-                          static_cast<std::uint64_t>(inside.height()) * row_bytes, tile.burst_bytes);
-  if (tile.open) return raw;
-  std::array<std::uint16_t, 4 * kLargestBlockPixels> codes;
-  auto out = codes.begin();
-  for (int y = block.y0; y < block.y1; ++y)
-    for (int x = block.x0; x < block.x1; ++x) {
-      const int near_x = std::clamp(x, inside.x0, inside.x1 - 1), near_y = std::clamp(y, inside.y0, inside.y1 - 1);
-      const PixelCode* const samples =
-          &codes_[tile.pixels.index(near_x, near_y) * static_cast<std::size_t>(how.samples)];
-      const PixelCode code = sample == 0 ? samples[0] : difference(samples[sample], samples[0], shape.bits);
-      out = std::copy(code.begin(), code.end(), out);
-    }
-  return std::min<std::uint64_t>(
-      raw, compressed_block_bytes(std::span(codes).first(4 * shape.pixels()), shape, tile.burst_bytes));
+  if (tile.open) return raw_block_bytes(shape, row, tile.pixels, tile.burst_bytes);
+  const auto samples = static_cast<std::size_t>(how.samples);
+  if (sample == 0)
+    return stored_block_bytes(shape, column, row, tile.pixels, tile.burst_bytes,
+                              [&](std::size_t pixel) { return codes_[pixel * samples]; });
+  return stored_block_bytes(difference_block(shape), column, row, tile.pixels, tile.burst_bytes,
+                            [&](std::size_t pixel) {
+                              const PixelCode* const codes = &codes_[pixel * samples];
+                              return difference(codes[sample], codes[0], shape.bits);
+                            });
 }
 
 void TileStore::plan_compressed(const FrameStore& how, const Tile& tile) {
@@ -130,7 +113,7 @@ void TileStore::plan_compressed(const FrameStore& how, const Tile& tile) {
                         tile.unchanged->all({block.x0 / 4, block.y0 / 4, block.x1 / 4, block.y1 / 4});
       for (std::size_t sample = 0; sample < samples; ++sample) {
         const std::size_t number = all.index(column, row) * samples + sample;
-        const std::uint64_t bytes = compressed_bytes(how, tile, block, sample);
+        const std::uint64_t bytes = compressed_bytes(how, tile, column, row, sample);
         if (tile.payloads != nullptr) (*tile.payloads)[number] = static_cast<std::uint16_t>(bytes);
         if (!kept) transfers_.push_back({number * shape.raw_bytes(), bytes});
       }
@@ -173,7 +156,7 @@ void TileStore::plan_changed_rows(const FrameStore& how, const Tile& tile) {
 TileStore::Outcome TileStore::store(const FrameStore& how, const Tile& tile, Image& color, memory::Ledger& ledger) {
   if (how.samples == 1) {
     if (how.compressed || how.before != nullptr) find_codes(how, tile, color);
-    if (how.coder.tone_maps()) counters_.pixels_coded += pixels_in(tile.pixels);
+    if (how.coder.tone_maps()) counters_.pixels_coded += pixel_count(tile.pixels);
   }
   const bool keeps = tile.unchanged != nullptr && tile.unchanged->any;
   if (how.compressed)
@@ -221,7 +204,7 @@ void TileStore::round_pixels(const PixelCoder& coder, const Tile& tile, Image& c
 }
 
 void TileStore::round(const PixelCoder& coder, const Tile& tile, Image& color) {
-  if (coder.tone_maps()) counters_.pixels_coded += pixels_in(tile.pixels);
+  if (coder.tone_maps()) counters_.pixels_coded += pixel_count(tile.pixels);
   round_pixels(coder, tile, color);
 }
 

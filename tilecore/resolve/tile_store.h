@@ -129,7 +129,8 @@ class TileStore {
   void plan_rows(const FrameStore& how, const Tile& tile);
   void plan_payloads(const FrameStore& how, const Tile& tile);
   void plan_changed_rows(const FrameStore& how, const Tile& tile);
-  std::uint64_t compressed_bytes(const FrameStore& how, const Tile& tile, IntRect block, std::size_t sample);
+  std::uint64_t compressed_bytes(const FrameStore& how, const Tile& tile, int column, int row,
+                                 std::size_t sample) const;
   static void round_pixels(const PixelCoder& coder, const Tile& tile, Image& color);
 
   struct Transfer {

@@ -71,7 +71,7 @@ class DeferredShader {
   // the light list wait in memory with it.
   std::uint64_t fill(const TileJob& job, const TileSamples& samples, TileState& state);
   void light(const TileJob& job, const TileSamples& samples, TileState& state);
-  // Between the two: codes what fill() has left, in the planes of gbuffer_format().
+  // Call it after fill() and before light(): codes the filled G-buffer, plane by plane of gbuffer_format().
   void encode_gbuffer(const TileJob& job, const TileSamples& samples, const TileState& state,
                       TexelEncoder& encoder) const;
   // Leaves in `behind` the pixels of opaque surfaces, each the mean of its samples, as shade() does unless it is
@@ -160,6 +160,8 @@ class DeferredShader {
   void color_background(const TileJob& job, const TileSamples& samples, int segment);
   void collect_layers(const TileJob& job, const TileSamples& samples, TileState& state);
   void run_warps(const TileJob& job, const IntRect& pixels);
+  void encode_exact(const TileSamples& samples, const TileState& state, TexelEncoder& encoder) const;
+  void encode_packed(const TileJob& job, const TileSamples& samples, TexelEncoder& encoder) const;
   void fill_warps(const TileJob& job, const IntRect& pixels);
   void light_warps(const TileJob& job);
   void count_warps();

@@ -10,8 +10,8 @@ namespace tessera::tilecore {
 //           of their values.
 //   packed  the words of gbuffer_packing.h by their fields; with fewer bits the last one is missing. Words beyond them
 //           (gbuffer.bits) are what renderers keep whose materials this machine does not have: they are unknown planes.
-// A sample that no invocation filled has zeros, but for the colour of a surface that was shaded forward, which is in the place of
-// the emission.
+// A sample that sees nothing has zeros. The colour of a surface that was shaded forward takes the place of the values: of the
+// emission, or as half floats of the first two packed words.
 TexelFormat gbuffer_format(const ShadingSettings& settings, int samples);
 
 }  // namespace tessera::tilecore
