@@ -213,7 +213,9 @@ TEST(Causes, TwoCapturesAreToldApartByTheirFigures) {
        {std::pair("base patches", "frontend.base_patches"), std::pair("sub-patches", "frontend.sub_patches"),
         std::pair("triangles", "tilecore.triangles"),
         std::pair("pixel-shader invocations", "tilecore.pixel_shader_invocations")}) {
-    const auto of = [&](const json& stats) { return stats["frames"][0]["counters"][counter].get<std::uint64_t>(); };
+    const auto of = [&, name = counter](const json& stats) {
+      return stats["frames"][0]["counters"][name].get<std::uint64_t>();
+    };
     EXPECT_THAT(text, HasSubstr(fmt::format("    {}: {} -> {}\n", what, of(a), of(b))));
   }
   for (const char* count : {"lights", "textures"})

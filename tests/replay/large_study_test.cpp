@@ -33,7 +33,7 @@ class LargeStudyInBrowser : public ReportInBrowser {
       point["values"].back() = 16 + k / rows.size();
       row[0] = k;
       std::array<double, 8> factors;
-      for (double& factor : factors) factor = random.uniform(1, 2);
+      for (double& factor : factors) factor = static_cast<double>(random.uniform(1, 2));
       for (std::size_t c = 3; c < row.size(); ++c)
         if (row[c].is_number()) row[c] = std::floor(row[c].get<double>() * factors[c % factors.size()]);
       sweep["points"].push_back(std::move(point));
