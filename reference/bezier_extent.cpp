@@ -33,7 +33,7 @@ BezierExtent::BezierExtent(const SampleRegion& region, const std::array<Points, 
     const SampleRegion::Axes axes = region.axes(to_space[key]);
     for (std::size_t a = 0; a < SampleRegion::kAxes; ++a) {
       Net& net = nets_[key][a];
-      const DVec4 axis = axes[a];
+      const DVec4& axis = axes[a];
       double largest = 0;
       for (std::size_t k = 0; k < 16; ++k) {
         const DVec4 terms = axis * DVec4(points[key][k], 1.0);

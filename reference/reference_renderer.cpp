@@ -98,7 +98,7 @@ class PixelRenderer {
       t = (t - part.begin) / (part.end - part.begin);
       const auto code = static_cast<int>(std::floor(samples_[k].t * ShutterSegment::kCodes));
       if (code >= scene.posed.part.first && code < scene.posed.part.end)
-        order_.push_back({order.cell(samples_[k]), static_cast<std::uint32_t>(k)});
+        order_.emplace_back(order.cell(samples_[k]), static_cast<std::uint32_t>(k));
     }
     std::sort(order_.begin(), order_.end());
     seen_.clear();

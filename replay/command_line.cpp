@@ -169,6 +169,7 @@ int run_command_line(int argc, char** argv, std::span<const CommandEntry> entrie
   }
 
   std::vector<std::string> names;
+  names.reserve(subs.size());
   for (const CLI::App* sub : subs) names.push_back(sub->get_name());
   if (argc > 1 && argv[1][0] != '-' && std::find(names.begin(), names.end(), argv[1]) == names.end())
     return fail(ExitStatus::kUsage, unknown_command(names, argv[1]).c_str());

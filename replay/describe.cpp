@@ -351,10 +351,10 @@ std::string describe_text(const std::string& name) {
     }
     if (row.contains("members"))
       for (const json& member : row["members"])
-        text += fmt::format("      {} ({}{}{}, default {}): {}\n", member["name"].get<std::string>(),
-                            member["type"].get<std::string>(), member["unit"] == "" ? "" : ", ",
-                            member["unit"].get<std::string>(), member["default"].get<std::string>(),
-                            member["meaning"].get<std::string>());
+        text += fmt::format(
+            "      {} ({}{}{}, default {}): {}\n", member["name"].get<std::string>(), member["type"].get<std::string>(),
+            member["unit"].get_ref<const std::string&>().empty() ? "" : ", ", member["unit"].get<std::string>(),
+            member["default"].get<std::string>(), member["meaning"].get<std::string>());
   }
   return text;
 }

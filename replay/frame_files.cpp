@@ -149,6 +149,7 @@ std::string column(const FrameTimeline& timeline, const char* name, const Of& of
 
 std::string windows(const std::vector<double>& amounts, double scale) {
   std::vector<std::uint64_t> values;
+  values.reserve(amounts.size());
   for (const double amount : amounts) values.push_back(rounded(amount * scale));
   return fmt::format("[{}]", fmt::join(values, ","));
 }

@@ -10,7 +10,7 @@ namespace tessera::replay {
 // and whole, so an existing file is complete and is not computed again.
 class PointFiles {
  public:
-  explicit PointFiles(std::filesystem::path folder) : folder_(std::move(folder) / "points") {}
+  explicit PointFiles(const std::filesystem::path& folder) : folder_(folder / "points") {}
 
   const std::filesystem::path& folder() const { return folder_; }
   std::filesystem::path file(const std::string& hash) const { return folder_ / (hash + ".json"); }

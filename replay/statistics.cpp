@@ -56,6 +56,7 @@ double percentile(const std::vector<double>& sorted, double part) {
 // {"mean", "median", "p95", "worst", "worst_frame"} of a number that is better the less it is.
 json spread_json(const std::vector<json>& frames, const json::json_pointer& number) {
   std::vector<double> values;
+  values.reserve(frames.size());
   for (const json& frame : frames) values.push_back(frame.contains(number) ? frame.at(number).get<double>() : 0.0);
   const auto worst = std::max_element(values.begin(), values.end()) - values.begin();
   json out = {{"mean", std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size())},

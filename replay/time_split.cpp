@@ -78,7 +78,7 @@ void print_split(std::FILE* out, Split split, const json& rows, double cycles) {
                  row["bound_by"].get<std::string>(), row["bound_by_cycles"].get<double>());
       continue;
     }
-    const bool none = row["material"] == "" && row.value("node", "") == "";
+    const bool none = row.value("material", "").empty() && row.value("node", "").empty();
     fmt::print(out, "{:<24.24} {:<24.24} {:>12} {:>12} {:>12} {:>12} {:>5.1f} % {:>10.4f}\n",
                none ? "(of none)" : row.value("node", ""), row["material"].get<std::string>(),
                row["invocations"].get<std::uint64_t>(), row["tests"].get<std::uint64_t>(),

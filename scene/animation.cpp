@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <span>
 
@@ -262,7 +261,8 @@ PosedProcedures pose_procedures(const Capture& capture, double open, double clos
 bool same_shape(const Procedure& a, const Procedure& b) {
   return std::equal(a.pieces.begin(), a.pieces.end(), b.pieces.begin(), b.pieces.end(),
                     [](const Procedure::Piece& x, const Procedure::Piece& y) {
-                      return std::memcmp(x.input.p.data(), y.input.p.data(), sizeof(x.input.p)) == 0;
+                      return std::ranges::equal(std::as_bytes(std::span(x.input.p)),
+                                                std::as_bytes(std::span(y.input.p)));
                     });
 }
 

@@ -130,12 +130,12 @@ class Partition {
   std::uint8_t best(const std::bitset<kMaxClusterTriangles>& some, const Growth& growth, std::size_t penalty) const {
     std::uint8_t best = kNobody;
     std::size_t least = 0;
-    for (std::uint8_t t = 0; t < triangles_.size(); ++t) {
+    for (std::size_t t = 0; t < triangles_.size(); ++t) {
       if (!some[t]) continue;
       Growth larger = growth;
       larger.add(points_, triangles_[t]);
       const std::size_t cost = larger.bits() + penalty * free_neighbours(t);
-      if (best == kNobody || cost < least) best = t, least = cost;
+      if (best == kNobody || cost < least) best = static_cast<std::uint8_t>(t), least = cost;
     }
     return best;
   }
@@ -158,8 +158,8 @@ std::vector<std::uint8_t> seeds(std::span<const LatticePoint> points, const Tria
         for (const std::uint8_t v : triangles[t]) sum += points[v][axis];
         return sum * sign;
       };
-      for (std::uint8_t t = 1; t < triangles.size(); ++t)
-        if (middle(t) < middle(best)) best = t;
+      for (std::size_t t = 1; t < triangles.size(); ++t)
+        if (middle(t) < middle(best)) best = static_cast<std::uint8_t>(t);
       out.push_back(best);
     }
   std::sort(out.begin(), out.end());

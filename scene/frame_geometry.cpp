@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "base/parallel.h"
@@ -279,7 +280,7 @@ bool same_scene(const FrameGeometry& a, const FrameGeometry& b) {
 // Whether a drawable's vertices are the memory's own and appear where they did before.
 bool rests(const PosedDrawable& drawable, const PosedDrawable& before) {
   return drawable.own_vertices && before.own_vertices && !before.curved && drawable.material == before.material &&
-         std::memcmp(drawable.to_raster.data(), before.to_raster.data(), sizeof(drawable.to_raster)) == 0;
+         std::ranges::equal(std::as_bytes(std::span(drawable.to_raster)), std::as_bytes(std::span(before.to_raster)));
 }
 
 // `before`: of the same request, or null.

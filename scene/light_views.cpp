@@ -112,7 +112,7 @@ std::vector<LightView> cone_or_cube(const FrameGeometry& frame, const ShadowLigh
     add(world, std::max(std::tan(0.5 * cone_of(lit)), 1e-4));
     return views;
   }
-  const DVec4 place = world[3];
+  const DVec4& place = world[3];
   for (const auto& [back, up] : std::to_array<std::pair<DVec3, DVec3>>({{{-1, 0, 0}, {0, 1, 0}},
                                                                         {{1, 0, 0}, {0, 1, 0}},
                                                                         {{0, -1, 0}, {0, 0, 1}},

@@ -128,7 +128,7 @@ std::vector<PositionLattice> mesh_lattices(const Capture& capture, const Geometr
     const int mesh = capture.nodes[n].mesh;
     if (mesh == kNone || !rest.in_scene[n] || boxes[static_cast<std::size_t>(mesh)].empty()) continue;
     Matrix matrix;
-    std::memcpy(matrix.data(), &rest.world[n], sizeof matrix);
+    std::memcpy(matrix.data(), &rest.world[n][0].x, sizeof matrix);
     std::vector<std::size_t>& meshes = together[matrix];
     if (std::find(meshes.begin(), meshes.end(), static_cast<std::size_t>(mesh)) == meshes.end())
       meshes.push_back(static_cast<std::size_t>(mesh));

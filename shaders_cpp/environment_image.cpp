@@ -114,6 +114,7 @@ Harmonics row_harmonics(const Image& image, int row, const std::vector<ColumnInt
 std::array<Vec3, 9> diffuse_factors(const Image& image, double turned) {
   std::vector<Harmonics> rows(static_cast<std::size_t>(image.height));
   std::vector<ColumnIntegrals> columns;
+  columns.reserve(static_cast<std::size_t>(image.width));
   for (int x = 0; x < image.width; ++x) columns.push_back(column_integrals(x, image.width, turned));
   parallel_for(rows.size(), [&](std::size_t row) { rows[row] = row_harmonics(image, static_cast<int>(row), columns); });
   Harmonics sum{};
@@ -351,7 +352,7 @@ EnvironmentImage::EnvironmentImage(Image image, double rotation) : source_width_
     if (level > 0)
       lobes[static_cast<std::size_t>(level)] =
           lobe_samples(std::exp2(0.5 * (level - (kMapLevels - 1))), plan_of(level).samples);
-    for (int row = 0; row < side_of(level, first); ++row) rows.push_back({level, row});
+    for (int row = 0; row < side_of(level, first); ++row) rows.emplace_back(level, row);
   }
   parallel_for(rows.size(), [&](std::size_t i) {
     const auto [level, y] = rows[i];

@@ -62,7 +62,7 @@ class SceneFacts {
         shader_cycles_ += frame.at(units).is_number() ? frame.at(units).get<double>() : 0;
       if (const auto rows = frame.find("drawables"); rows != frame.end() && rows->is_array())
         for (const json& row : *rows)
-          if (row.is_object() && row.value("node", "") + row.value("material", "") != "")
+          if (row.is_object() && !(row.value("node", "") + row.value("material", "")).empty())
             drawables_[fmt::format("{} / {}", row.value("node", ""), row.value("material", ""))] +=
                 number(row, "cycles");
     }

@@ -45,6 +45,7 @@ std::string change_text(double before, double after) {
 
 Comparison compare_runs(const std::vector<std::filesystem::path>& files, const std::vector<int>& frames) {
   std::vector<RunStatistics> runs;
+  runs.reserve(files.size());
   for (const std::filesystem::path& file : files) runs.push_back(read_run(file));
   return compare_statistics(std::move(runs), frames);
 }

@@ -126,7 +126,7 @@ json replay_report(const std::vector<fs::path>& folders, PageViews& views, std::
                        fmt::format("does not match the output of a replay: {}", error.what()));
     }
     json& label = runs.back()["label"];
-    if (label == "") label = folder.string();
+    if (label.is_string() && label.get_ref<const std::string&>().empty()) label = folder.string();
     subtitle += subtitle.empty() ? of_run : "; " + of_run;
   }
   json slowest = json::array();

@@ -15,7 +15,6 @@
 #include "hardware/events.h"
 #include "replay/describe.h"
 #include "replay/report/page_parts.h"
-#include "replay/report/report.h"
 
 namespace tessera::replay {
 namespace {

@@ -42,7 +42,8 @@ json amount(const std::string& description) {
 // "meaning (unit)"
 std::string described(const json& row) {
   std::string text = row["meaning"];
-  if (row["unit"] != "") text += fmt::format(" In {}.", row["unit"].get<std::string>());
+  if (!row["unit"].get_ref<const std::string&>().empty())
+    text += fmt::format(" In {}.", row["unit"].get<std::string>());
   return text;
 }
 

@@ -184,6 +184,7 @@ std::vector<StabilityCase> bound_cases() {
   std::vector<BoundRow> rows = hard_nets();
   for (BoundRow& row : hard_views()) rows.push_back(std::move(row));
   std::vector<StabilityCase> cases;
+  cases.reserve(rows.size());
   for (const BoundRow& row : rows)
     cases.push_back({kBounds, row.name, row.law, row.hard, row.kept, row.twin, row.tests, 0, "px", row.scene,
                      sticks_out(row.fault)});

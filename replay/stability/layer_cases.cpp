@@ -85,6 +85,7 @@ StabilityCase layers(std::string_view name, std::string_view law, std::string_vi
 
 std::vector<StabilityCase> layer_cases() {
   std::vector<Sheet> many;
+  many.reserve(16);
   for (int k = 0; k < 16; ++k)
     many.push_back(
         {{static_cast<float>(k % 3) * 0.5f, static_cast<float>(k % 5) * 0.25f, 1 - static_cast<float>(k % 2), 0.3f},

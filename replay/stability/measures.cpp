@@ -358,6 +358,7 @@ double rms_of_stills(const Stage& stage, int stills) {
   std::vector<Image> frames(static_cast<std::size_t>(stills));
   FixedRandom random(5);
   std::vector<double> times;
+  times.reserve(frames.size());
   for (int k = 0; k < stills; ++k) times.push_back((k + static_cast<double>(random.uniform(0, 1))) / stills);
   for (std::size_t k = 0; k < frames.size(); ++k) {
     Stage still = stage;

@@ -68,6 +68,7 @@ class Search {
 
   void tell(const std::vector<std::optional<std::size_t>>& candidates) {
     std::vector<Score> scores;
+    scores.reserve(candidates.size());
     for (const std::optional<std::size_t>& candidate : candidates)
       scores.push_back(candidate ? score(*candidate) : Score{0, std::numeric_limits<double>::infinity()});
     evolution_.tell(scores);

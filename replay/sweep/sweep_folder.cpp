@@ -161,7 +161,9 @@ std::optional<json> SweepFolder::read_point(const std::string& hash) const {
 
 namespace {
 
-bool says_nothing(const json& value) { return value == 0 || value == "" || value == false; }
+bool says_nothing(const json& value) {
+  return value == 0 || value == false || (value.is_string() && value.get_ref<const std::string&>().empty());
+}
 
 // Leaves out columns that are empty in every row, except for the ones of "kept" (older manifests keep all).
 void drop_empty_columns(JoinedSweep& sweep) {

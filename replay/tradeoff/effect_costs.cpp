@@ -204,6 +204,7 @@ std::string effects_csv(const std::string& capture, const std::vector<EffectResu
     cells.emplace_back(effect.stays.empty() ? effect.without : effect.stays);
     cells.emplace_back(effect.reason);
     std::vector<std::string> texts;
+    texts.reserve(cells.size());
     for (const json& cell : cells) texts.push_back(csv_cell(cell));
     text += fmt::format("{}\n", fmt::join(texts, ","));
   }

@@ -1,8 +1,7 @@
 #include "replay/tradeoff/packed_captures.h"
 
-#include <stdlib.h>
-
 #include <algorithm>
+#include <cstdlib>
 #include <utility>
 
 #include <fmt/format.h>

@@ -124,6 +124,7 @@ std::string csv_row(const KnobResult& knob, const SettingResult& setting) {
   cells.push_back(or_null(setting.cycles_error));
   cells.push_back(or_null(setting.energy_error));
   std::vector<std::string> texts;
+  texts.reserve(cells.size());
   for (const json& cell : cells) texts.push_back(csv_cell(cell));
   return fmt::format("{}\n", fmt::join(texts, ","));
 }

@@ -97,7 +97,7 @@ ssize_t read_body(void* held, std::uint64_t at, char* buffer, std::size_t most) 
   const std::string& body = **static_cast<HeldBody*>(held);
   if (at >= body.size()) return MHD_CONTENT_READER_END_OF_STREAM;
   const std::size_t count = std::min<std::size_t>(most, body.size() - static_cast<std::size_t>(at));
-  std::memcpy(buffer, body.data() + at, count);
+  std::copy_n(body.data() + at, count, buffer);
   return static_cast<ssize_t>(count);
 }
 
@@ -161,7 +161,7 @@ struct LoopbackServer::Callbacks {
       return 0;
     }
     const std::size_t count = std::min(most, stream.text->size() - stream.at);
-    std::memcpy(buffer, stream.text->data() + stream.at, count);
+    std::copy_n(stream.text->data() + stream.at, count, buffer);
     stream.at += count;
     return static_cast<ssize_t>(count);
   }
@@ -173,7 +173,7 @@ struct LoopbackServer::Callbacks {
   }
 
   static MHD_Result begin_events(LoopbackServer& server, MHD_Connection* connection) {
-    auto stream = std::unique_ptr<Stream>(new Stream{server, connection});
+    auto stream = std::make_unique<Stream>(Stream{server, connection});
     MHD_Response* const response =
         MHD_create_response_from_callback(MHD_SIZE_UNKNOWN, 32 << 10, read_events, stream.get(), end_events);
     if (response == nullptr) return MHD_NO;

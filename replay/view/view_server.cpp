@@ -49,7 +49,7 @@ void ViewServer::beat() {
   if (++beats_ % kBeatsOfComment == 0) server_.send("", "");
 }
 
-void ViewServer::say(const char* event, json now, json& said) {
+void ViewServer::say(const char* event, const json& now, json& said) {
   {
     const std::lock_guard lock(mutex_);
     if (now == said) return;

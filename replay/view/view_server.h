@@ -48,7 +48,7 @@ class ViewServer {
   HttpReply page() const;
   HttpReply measure(const HttpRequest& request);
   // Sends an event when `now` differs from `said`.
-  void say(const char* event, nlohmann::json now, nlohmann::json& said);
+  void say(const char* event, const nlohmann::json& now, nlohmann::json& said);
   HttpReply change(const HttpRequest& request, bool keep);
   HttpReply image(const std::string& name) const;
   void tell(const std::shared_ptr<const ViewResult>& result);

@@ -42,7 +42,7 @@ DecodedMesh read_clusters(Document& document, const json& primitive, const Place
   out.triangles_of_cluster = std::move(clusters->triangles_of_cluster);
   std::vector<float> scalars(3 * counts.vertices);
   static_assert(sizeof(Vec3) == 3 * sizeof(float));
-  if (counts.vertices > 0) std::memcpy(scalars.data(), clusters->positions.data(), scalars.size() * sizeof(float));
+  if (counts.vertices > 0) std::memcpy(scalars.data(), &clusters->positions.front().x, scalars.size() * sizeof(float));
   out.attributes.emplace_back("POSITION", std::move(scalars));
   return out;
 }

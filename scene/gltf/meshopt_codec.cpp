@@ -287,10 +287,10 @@ bool filter_quaternion(std::array<std::int16_t, 4>& v) {
 // T unsigned. Luma and alpha are unsigned, the two chrominances signed.
 template <class T>
 bool filter_color(std::array<T, 4>& v) {
-  using Signed = std::make_signed_t<T>;
   if (v[3] < 2) return false;
   const int ones = (1 << std::bit_width(v[3])) - 1;
-  const int y = v[0], co = static_cast<Signed>(v[1]), cg = static_cast<Signed>(v[2]);
+  const auto signed_number = [](T value) { return static_cast<int>(static_cast<std::make_signed_t<T>>(value)); };
+  const int y = v[0], co = signed_number(v[1]), cg = signed_number(v[2]);
   const int alpha = v[3] & (ones >> 1);
   const float scale = static_cast<float>(std::numeric_limits<T>::max()) / static_cast<float>(ones);
   const auto scaled = [&](int value) { return rounded<T>(static_cast<float>(value) * scale); };

@@ -135,7 +135,8 @@ Rule boolean() {
 }
 
 // glTF forbids empty arrays; they are harmless, exporters write them, and so they load.
-Rule list(Rule element, std::size_t min_size = 0, std::size_t max_size = std::numeric_limits<std::size_t>::max()) {
+Rule list(const Rule& element, std::size_t min_size = 0,
+          std::size_t max_size = std::numeric_limits<std::size_t>::max()) {
   return [=](json& value, const Place& place, Notes& notes) {
     if (!value.is_array()) place.refuse("is not an array");
     if (value.size() < min_size) place.refuse("has {} elements, needs at least {}", value.size(), min_size);
@@ -159,7 +160,7 @@ Rule index_of(const json& document, const char* array) {
   };
 }
 
-Rule map_of(Rule value_rule) {
+Rule map_of(const Rule& value_rule) {
   return [=](json& value, const Place& place, Notes& notes) {
     if (!value.is_object()) place.refuse("is not an object");
     drop_nulls(value, place, notes);

@@ -465,6 +465,7 @@ Value Compiler::each(const Token& at, const std::vector<Value>& arguments,
   Value out;
   for (int k = 0; k < size; ++k) {
     std::vector<Scalar> numbers;
+    numbers.reserve(arguments.size());
     for (const Value& v : arguments) numbers.push_back(v.numbers[v.size() == 1 ? 0 : static_cast<std::size_t>(k)]);
     out.numbers.push_back(of_numbers(numbers));
   }

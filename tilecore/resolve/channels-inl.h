@@ -39,13 +39,14 @@ HWY_INLINE Floats<N> splat(float value) {
 
 HWY_INLINE Channels load(const float* four) {
   Channels r;
-  for (std::size_t i = 0; i < r.kParts; ++i) r.part[i] = hn::LoadU(Channels::D(), four + i * r.kLanes);
+  for (std::size_t i = 0; i < Channels::kParts; ++i) r.part[i] = hn::LoadU(Channels::D(), four + i * Channels::kLanes);
   return r;
 }
 HWY_INLINE Channels load(const Vec4* color) { return load(&color->x); }
 
 HWY_INLINE void store(Channels c, Vec4* color) {
-  for (std::size_t i = 0; i < c.kParts; ++i) hn::StoreU(c.part[i], Channels::D(), &color->x + i * c.kLanes);
+  for (std::size_t i = 0; i < Channels::kParts; ++i)
+    hn::StoreU(c.part[i], Channels::D(), &color->x + i * Channels::kLanes);
 }
 
 template <std::size_t N>

@@ -27,7 +27,7 @@ void RigidSteps(const Mat4& m, bool orthographic, const MotionField::RigidPoints
   const D d;
   const V zero = hn::Zero(d);
   steps.usable = 0;
-  for (std::size_t i = 0; i < points.kCount; i += hn::Lanes(d)) {
+  for (std::size_t i = 0; i < MotionField::RigidPoints::kCount; i += hn::Lanes(d)) {
     const V x = hn::Load(d, &points.x[i]), y = hn::Load(d, &points.y[i]), z = hn::Load(d, &points.depth[i]);
     const V w = orthographic ? hn::Set(d, 1.0f) : z, xw = hn::Mul(x, w), yw = hn::Mul(y, w);
     const V depth = row_times(m, 2, xw, yw, z), then_w = row_times(m, 3, xw, yw, z);

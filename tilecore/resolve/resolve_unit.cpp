@@ -137,9 +137,9 @@ bool ResolveUnit::complete(ResolveFrame& resolve, std::span<const Vec3> color, s
     const Vec4* row = &colors_[surfaces_.index(tile.x0, y)];
     const auto pixels = static_cast<std::size_t>(tile.width());
     const std::size_t bytes = pixels * sizeof(Vec4);
-    std::memcpy(&next.color[next.pixel(tile.x0, y)].x, row, bytes);
+    std::memcpy(&next.color[next.pixel(tile.x0, y)].x, &row->x, bytes);
     if (!next.rounded.empty()) memory.coder.stored({row, pixels}, &next.rounded[next.pixel(tile.x0, y)]);
-    std::memcpy(targets.color.at(tile.x0 - targets.region.x0, y - targets.region.y0).data(), row, bytes);
+    std::memcpy(targets.color.at(tile.x0 - targets.region.x0, y - targets.region.y0).data(), &row->x, bytes);
   }
   keep_contrast(resolve);
   if (targets.resolve_auxiliary) write_auxiliary(resolve, targets);
@@ -340,7 +340,7 @@ void ResolveUnit::finish_deferred(ResolveFrame& resolve, IntRect tile, const Mem
       for_each_pixel(block.pixels, [&](int x, int y) {
         const Vec4& color = next.color[next.pixel(x, y)];
         if (!next.rounded.empty()) memory.coder.stored({&color, 1}, &next.rounded[next.pixel(x, y)]);
-        std::memcpy(targets.color.at(x - targets.region.x0, y - targets.region.y0).data(), &color, sizeof(Vec4));
+        std::memcpy(targets.color.at(x - targets.region.x0, y - targets.region.y0).data(), &color.x, sizeof(Vec4));
       });
       // Colours and records of the window are read again, the block is written again.
       const int margin = stencil_reach(resolve.settings);
