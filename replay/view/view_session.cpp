@@ -328,9 +328,9 @@ void ViewSession::render(const ViewPoint& point) {
                                                                  : space_.start().capture->settings.exposure),
                  PngEffort::kFast));
   image.view = view_json(frame, point.request.region);
-  rendering_ = std::unique_ptr<Rendering>(new Rendering{point, std::move(frame), std::move(views), std::move(image),
-                                                        std::move(names), std::move(shares), std::move(timeline),
-                                                        PixelHistory(targets, device.assembly())});
+  rendering_ = std::make_unique<Rendering>(Rendering{point, std::move(frame), std::move(views), std::move(image),
+                                                     std::move(names), std::move(shares), std::move(timeline),
+                                                     PixelHistory(targets, device.assembly())});
   publish(point, true, false, seconds_from(start));
 }
 
