@@ -7,6 +7,7 @@
 #include "base/round_up.h"
 #include "shaders_cpp/bloom.h"
 #include "shaders_cpp/taa.h"
+#include "tilecore/resolve/block_codes.h"
 
 namespace tessera::gpu {
 
@@ -82,10 +83,6 @@ constexpr tilecore::ImageShader with_depths(tilecore::ImageShader shader) {
   return shader;
 }
 
-std::uint64_t texels_in(IntRect part) {
-  return static_cast<std::uint64_t>(part.width()) * static_cast<std::uint64_t>(part.height());
-}
-
 // All tiles load or store their pieces of an array.
 void move_all(WorkRecorder::Round& round, const OrderedTiles& tiles, const StoredArray& array, bool write) {
   array.move(round, tiles.order, write, [](binner::TileIndex) { return true; });
@@ -133,7 +130,7 @@ ImagePass taa_pass(const ViewRun& run, const OrderedTiles& tiles) {
     visit(arrays.history_before);
   };
   pass.work = [&run, &taa, &arrays, tiles, for_each_read](TileCore& core, binner::TileIndex tile) {
-    core.run_image_shader(run.job, texels_in(tiles.grid.pixels(tile)),
+    core.run_image_shader(run.job, tilecore::pixel_count(tiles.grid.pixels(tile)),
                           !run.taa_history->follows() ? kBeginHistory
                           : taa.depth_bytes > 0       ? with_depths(kMixHistory)
                                                       : kMixHistory);
@@ -165,7 +162,7 @@ ImagePass bloom_pass(const ViewRun& run, const OrderedTiles& tiles, const BloomS
     if (!step.up && step.level > 0) visit(levels[step.level - 1]);
   };
   pass.work = [&run, &bloom, &step, &images, &levels, tiles, for_each_read](TileCore& core, binner::TileIndex tile) {
-    core.run_image_shader(run.job, texels_in(bloom.part(bloom.size(step.level), tiles.grid.pixels(tile))),
+    core.run_image_shader(run.job, tilecore::pixel_count(bloom.part(bloom.size(step.level), tiles.grid.pixels(tile))),
                           step.up ? kUp : kDown);
     for_each_read([&](const StoredArray& array) { core.count(array.load(tile)); });
     store_image(core, tile, levels[step.level], images[step.level],
@@ -185,7 +182,7 @@ ImagePass copy_pass(const ViewRun& run, const OrderedTiles& tiles, const CopyPas
     if (bloom != nullptr) {
       core.count(run.arrays->bloom[0].load(tile));
       add_bloom(run, tiles.grid.pixels(tile), *bloom);
-      core.run_image_shader(run.job, texels_in(tiles.grid.pixels(tile)), kMix);
+      core.run_image_shader(run.job, tilecore::pixel_count(tiles.grid.pixels(tile)), kMix);
     }
     core.copy(run.job, tile, copy.source.samples, copy.actions, run.result.targets);
   };

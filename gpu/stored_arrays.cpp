@@ -98,8 +98,8 @@ StoreCounters StoredArray::load(std::size_t tile) const {
   std::size_t block = 0;
   for (std::size_t plane = 0; plane < format_.known_planes(); ++plane) {
     const BlockShape& shape = format_.planes[plane];
-    const TexelFormat alone{.planes = {shape}, .samples = format_.samples};
-    for (const std::size_t end = block + alone.block_count(pieces_[tile]); block < end && block < bytes.size(); ++block)
+    const std::size_t end = block + format_.plane_blocks(shape, pieces_[tile]);
+    for (; block < end && block < bytes.size(); ++block)
       if (bytes[block] > 0 && tilecore::compressible(shape, how_.burst_bytes))
         work.pixels_decompressed += shape.pixels();
   }
@@ -115,16 +115,23 @@ std::uint64_t StoredArray::move(WorkRecorder::Round& round, const tilecore::Tile
   return moved;
 }
 
-std::uint64_t StoredArray::move_texels(WorkRecorder::Round& round, const tilecore::TileOrder& order, bool write,
-                                       const Moves& goes) const {
-  TileArray array{write ? Unit::kResolve : Unit::kTilecore, Purpose::kAttachment, write, base_};
+template <class Bytes>
+std::uint64_t StoredArray::move_pieces(WorkRecorder::Round& round, const tilecore::TileOrder& order, TileArray array,
+                                       const Bytes& bytes_of, const Moves& goes) const {
   std::uint64_t offset = 0, moved = 0;
   for (const binner::TileIndex tile : order.tiles()) {
-    const std::uint64_t bytes = tilecore::pixel_count(pieces_[tile]) * format_.texel_bytes();
+    const std::uint64_t bytes = bytes_of(pieces_[tile]);
     if (goes(tile)) moved += round.move(tile, array, offset, bytes);
     offset += bytes;
   }
   return moved;
+}
+
+std::uint64_t StoredArray::move_texels(WorkRecorder::Round& round, const tilecore::TileOrder& order, bool write,
+                                       const Moves& goes) const {
+  return move_pieces(
+      round, order, {write ? Unit::kResolve : Unit::kTilecore, Purpose::kAttachment, write, base_},
+      [&](IntRect piece) { return tilecore::pixel_count(piece) * format_.texel_bytes(); }, goes);
 }
 
 std::uint64_t StoredArray::move_blocks(WorkRecorder::Round& round, const tilecore::TileOrder& order, bool write,
@@ -141,22 +148,15 @@ std::uint64_t StoredArray::move_blocks(WorkRecorder::Round& round, const tilecor
     TESSERA_CHECK(!write || bytes.size() == format_.block_count(pieces_[tile]), "a piece is coded before it is stored");
     std::size_t block = 0;
     for (const BlockShape& shape : format_.planes) {
-      const TexelFormat alone{.planes = {shape}, .samples = format_.samples};
-      for (const std::size_t end = block + alone.block_count(pieces_[tile]); block < end; ++block) {
+      for (const std::size_t end = block + format_.plane_blocks(shape, pieces_[tile]); block < end; ++block) {
         if (block < bytes.size()) moved += round.move(tile, blocks, offset, bytes[block]);
         offset += shape.raw_bytes();
       }
     }
   }
-  TileArray headers = blocks;
-  headers.base += offset, headers.moved = 0;
-  offset = 0;
-  for (const binner::TileIndex tile : order.tiles()) {
-    const std::uint64_t bytes = format_.block_count(pieces_[tile]) * tilecore::kBlockHeaderBytes;
-    if (goes(tile)) moved += round.move(tile, headers, offset, bytes);
-    offset += bytes;
-  }
-  return moved;
+  return moved + move_pieces(
+                     round, order, {blocks.unit, blocks.purpose, write, base_ + offset},
+                     [&](IntRect piece) { return format_.block_count(piece) * tilecore::kBlockHeaderBytes; }, goes);
 }
 
 void StoredArray::move_signatures(WorkRecorder::Round& round, const tilecore::TileOrder& order,
@@ -205,10 +205,10 @@ void StoredArrays::begin(const GpuConfiguration& gpu, const tilecore::TileJob& j
   if (job.actions.velocity_bytes > 0) start(velocities, Taa::velocity_format(), tiles, job.actions.velocity_base);
   if (passes.taa != nullptr) {
     std::swap(history, history_before);
-    const int last = number + 1;
-    number += frame & 1;  // each of the two places has its own signatures
+    const int first = number;
+    number = first + (frame & 1);  // each of the two places has its own signatures
     start(history, Taa::history_format(), tiles, passes.taa->history.base);
-    number = last + 1;
+    number = first + 2;
     if (!before || *before != frame - 1) history_before.forget();
     history_before.set_base(passes.taa->before_base);
   }

@@ -75,6 +75,10 @@ class StoredArray {
   };
   // Makes the texels the content of a piece, unless their signature matches.
   tilecore::StoreCounters keep(tilecore::StoredTexels texels, Content& content) const;
+  // Moves data that lie piece behind piece; bytes_of(piece).
+  template <class Bytes>
+  std::uint64_t move_pieces(WorkRecorder::Round& round, const tilecore::TileOrder& order, TileArray array,
+                            const Bytes& bytes_of, const Moves& goes) const;
   std::uint64_t move_texels(WorkRecorder::Round& round, const tilecore::TileOrder& order, bool write,
                             const Moves& goes) const;
   std::uint64_t move_blocks(WorkRecorder::Round& round, const tilecore::TileOrder& order, bool write,

@@ -1,5 +1,5 @@
-// Shading paths: whichever way surfaces come to be shaded, images keep their bits; what each path keeps, moves and shades is
-// charged.
+// Shading paths (gpu/shading_paths.cpp, tilecore/shading/shading_settings.cpp): whichever way surfaces come to be shaded, images
+// keep their bits; what each path keeps, moves and shades is charged.
 #include <cmath>
 #include <cstring>
 #include <functional>

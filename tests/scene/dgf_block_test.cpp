@@ -1,4 +1,5 @@
-// Blocks of the Dense Geometry Format against a decoder that is written down here from the specification.
+// Blocks of the Dense Geometry Format (scene/dgf_block.h, scene/dgf_partition.cpp) against a decoder that is written down here
+// from the specification.
 #include <rapidcheck/gtest.h>
 
 #include "base/bit_stream.h"

@@ -14,16 +14,20 @@ std::uint64_t TexelFormat::texel_bytes() const {
   return bytes * static_cast<std::uint64_t>(samples);
 }
 
+std::uint64_t TexelFormat::plane_blocks(const BlockShape& plane, IntRect texels) const {
+  return pixel_count(touched_blocks(plane, texels)) * static_cast<std::uint64_t>(samples);
+}
+
 std::uint64_t TexelFormat::block_bytes(IntRect texels) const {
   std::uint64_t bytes = 0;
-  for (const BlockShape& plane : planes) bytes += pixel_count(touched_blocks(plane, texels)) * plane.raw_bytes();
-  return bytes * static_cast<std::uint64_t>(samples);
+  for (const BlockShape& plane : planes) bytes += plane_blocks(plane, texels) * plane.raw_bytes();
+  return bytes;
 }
 
 std::uint64_t TexelFormat::block_count(IntRect texels) const {
   std::uint64_t count = 0;
-  for (const BlockShape& plane : planes) count += pixel_count(touched_blocks(plane, texels));
-  return count * static_cast<std::uint64_t>(samples);
+  for (const BlockShape& plane : planes) count += plane_blocks(plane, texels);
+  return count;
 }
 
 TexelFormat depth_format(std::uint64_t bytes, int samples) {

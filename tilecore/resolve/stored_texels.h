@@ -40,6 +40,8 @@ struct TexelFormat {
   // Bytes that blocks take in memory without headers, and number of blocks, which is also the bytes of their headers.
   std::uint64_t block_bytes(IntRect texels) const;
   std::uint64_t block_count(IntRect texels) const;
+  // The blocks of one plane, all samples included.
+  std::uint64_t plane_blocks(const BlockShape& plane, IntRect texels) const;
 };
 
 // Integers of 32 bits in two channels, or of 16 bits.
@@ -101,7 +103,7 @@ class TexelEncoder {
   StoredTexels take();
 
  private:
-  // Adds codes_, which are those of a sample of the current plane.
+  // Adds a sample of the current plane, whose codes are in codes_.
   void add_samples(int sample);
   void add_blocks(const BlockShape& shape);
   void add_raw_blocks(const BlockShape& shape);
