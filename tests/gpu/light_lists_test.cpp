@@ -7,6 +7,7 @@
 #include "gpu/counter_list.h"
 #include "gpu/device.h"
 #include "gpu/settings.h"
+#include "tests/support/lit_room.h"
 #include "tests/support/tests.h"
 #include "tilecore/shading/light_lists.h"
 
@@ -15,25 +16,12 @@ namespace {
 
 using scene::Capture;
 using shaders::Light;
+using test::add_lamp;
 using tilecore::LightBound;
 using tilecore::PlaceBox;
 using Keys = std::vector<std::string>;
 
 constexpr int kWidth = 128, kHeight = 96, kLamps = 40;
-
-int add_lamp(Capture& capture, const Light& light, const DVec3& place, const DVec3& direction = DVec3(0, -1, 0)) {
-  const int number = static_cast<int>(capture.lights.size());
-  capture.lights.push_back(light);
-  capture.light_parameters.emplace_back();
-  capture.light_parameters.back().color = light.color;
-  scene::Node node;
-  node.light = number;
-  node.transform.translation = place;
-  node.transform.rotation = scene::made::looking(direction);
-  capture.nodes.push_back(node);
-  capture.roots.push_back(static_cast<int>(capture.nodes.size()) - 1);
-  return capture.roots.back();
-}
 
 Light point(float range, Vec3 color = Vec3(2.0f)) {
   Light light;

@@ -14,6 +14,8 @@
 #include "hardware/tile_rules.h"
 #include "scene/capture_reader.h"
 #include "tests/support/displayed_image.h"
+#include "tests/support/lit_room.h"
+#include "tests/support/pass_graphs.h"
 #include "tests/support/procedures.h"
 #include "tests/support/shadow_scenes.h"
 #include "tests/support/tests.h"
@@ -25,6 +27,9 @@ using memory::Purpose;
 using memory::Unit;
 using scene::Capture;
 using shaders::Light;
+using test::add_lamp;
+using test::lamp;
+using test::Room;
 using Keys = std::vector<std::string>;
 
 constexpr int kWidth = 112, kHeight = 80;
@@ -44,84 +49,6 @@ bool same_bits(const FrameResult& a, const FrameResult& b) {
   const std::vector<float>&left = a.targets.color.values, &right = b.targets.color.values;
   return left.size() == right.size() && std::memcmp(left.data(), right.data(), left.size() * sizeof(float)) == 0;
 }
-
-int add_lamp(Capture& capture, const Light& light, const DVec3& place, const DVec3& direction = DVec3(0, -1, 0)) {
-  const int number = static_cast<int>(capture.lights.size());
-  capture.lights.push_back(light);
-  capture.light_parameters.emplace_back();
-  capture.light_parameters.back().color = light.color;
-  scene::Node node;
-  node.light = number;
-  node.transform.translation = place;
-  node.transform.rotation = scene::made::looking(direction);
-  capture.nodes.push_back(node);
-  capture.roots.push_back(static_cast<int>(capture.nodes.size()) - 1);
-  return capture.roots.back();
-}
-
-Light lamp(Light::Type type, float range, float strength) {
-  Light light;
-  light.type = type, light.range = range, light.color = Vec3(strength, 0.8f * strength, 0.6f * strength);
-  light.cos_inner = 0.9f, light.cos_outer = 0.6f;
-  return light;
-}
-
-std::shared_ptr<const shaders::Texture> noise(std::uint32_t seed, shaders::ColorSpace space) {
-  Random random(seed);
-  Image8 texels(16, 16, 4);
-  for (std::uint8_t& value : texels.values) value = static_cast<std::uint8_t>(random.integer(0, 255));
-  return std::make_shared<const shaders::Texture>(DecodedImage{std::move(texels)}, space);
-}
-
-// A textured, a glowing, an unlit, a coated and a masked surface and a pane of glass, with ten ranged lamps and a sun.
-struct Room {
-  Capture capture;
-  int camera = 0, ball = 0, first_lamp = 0, shiny = 0;
-
-  Room() {
-    scene::Material textured;
-    textured.double_sided = true;
-    textured.base_color_texture.texture = noise(1, shaders::ColorSpace::kSrgb);
-    textured.metallic_roughness_texture.texture = noise(2, shaders::ColorSpace::kLinear);
-    textured.occlusion_texture.texture = noise(3, shaders::ColorSpace::kLinear);
-    textured.normal_texture.texture = noise(4, shaders::ColorSpace::kLinear);
-    textured.normal_scale = 0.3f;
-    test::add_node(capture, test::patches(test::flat_patch({-4, -1, 2}, {8, 0, 0}, {0, 0, -10}),
-                                          test::add_material(capture, textured)));
-    scene::Material glowing;
-    glowing.metallic = 0, glowing.roughness = 0.3f, glowing.emissive = {0.4f, 2.5f, 0.1f};
-    ball = test::add_node(capture, test::closed_patches(test::add_material(capture, glowing)), {-1, 0, -1});
-    scene::Material plain;
-    plain.base_color = {0.7f, 0.2f, 0.1f, 1}, plain.roughness = 0.2f;
-    scene::Primitive waves = test::wavy_grid(6, 5);
-    waves.material = test::add_material(capture, plain);
-    shiny = test::add_node(capture, waves, {-2, -0.6, -3});
-    scene::Material unlit;
-    unlit.unlit = true, unlit.base_color = {0.1f, 0.3f, 0.9f, 1};
-    test::add_node(capture, test::closed_patches(test::add_material(capture, unlit)), {2.2, 0.5, -3});
-    scene::Material coated;
-    coated.clearcoat.factor = 0.8f, coated.effects[static_cast<std::size_t>(scene::MaterialEffect::kClearcoat)] = true;
-    test::add_node(capture, test::closed_patches(test::add_material(capture, coated)), {1.2, 0, -2});
-    scene::Material glass;
-    glass.alpha_mode = scene::AlphaMode::kBlend, glass.base_color = {0.3f, 0.7f, 0.6f, 0.4f}, glass.double_sided = true;
-    const int pane = test::add_material(capture, glass);
-    for (const double z : {0.2, -1.9})
-      test::add_node(capture, test::patches(test::flat_patch({-1.5, -1, 0}, {3, 0, 0}, {0, 1.5, 0}), pane), {0, 0, z});
-    camera = test::add_camera(capture, {0.2, 0.6, 4});
-    Random random(9);
-    for (int k = 0; k < 10; ++k) {
-      const Vec3 at = random.in_box(2.0f);
-      const int node = add_lamp(capture,
-                                lamp(k % 3 == 0 ? Light::Type::kSpot : Light::Type::kPoint, random.uniform(1.0f, 4.0f),
-                                     random.uniform(0.5f, 4.0f)),
-                                DVec3(at) + DVec3(0, 1.2, -2));
-      if (k == 0) first_lamp = node;
-    }
-    add_lamp(capture, lamp(Light::Type::kDirectional, 0, 1.0f), {0, 4, 0}, {0.4, -1, -0.3});
-    capture.settings.environment = 0.2f;
-    capture.settings.frame_rate = 1;
-  }
-};
 
 // ---- Same bits ---------------------------------------------------------------------------------------------------
 
@@ -418,37 +345,6 @@ TEST(ShadingPaths, StoredGbuffersHaveClosedForms) {
 
 // ---- Paths that a capture's passes name -----------------------------------------------------------------------------
 
-scene::Pass pass_of(const char* name, std::vector<scene::Subpass> subpasses) {
-  scene::Pass pass;
-  pass.name = name, pass.lists_subpasses = subpasses.size() > 1, pass.subpasses = std::move(subpasses);
-  return pass;
-}
-
-// A graph for each path, with a G-buffer of 192 bits.
-scene::PassGraph graph_of(const std::string& path) {
-  using enum scene::PassShader;
-  using enum scene::DrawFilter;
-  scene::PassGraph graph;
-  const std::vector<std::string> colors = {"albedo", "normal", "glow"}, all = {"albedo", "normal", "glow", "depth"};
-  for (const std::string& name : colors) {
-    scene::Attachment& color = graph.attachments.emplace_back();
-    color.name = name, color.format = scene::AttachmentFormat::kRgba16F;
-  }
-  if (path == "prepass") {
-    scene::Pass draw = pass_of("draw", {{kAll, kForward, {}, {"frame"}, {}}});
-    draw.load = {{"depth", scene::LoadAction::kLoad}};
-    graph.passes = {pass_of("depths", {{kOpaque, kDepth, {}, {}, {}}}), draw};
-  } else if (path == "gbuffer") {
-    graph.passes = {pass_of("draw", {{kOpaque, kGbuffer, {}, colors, {}},
-                                     {kNothing, kLight, all, {"frame"}, {}},
-                                     {kBlended, kForward, {}, {"frame"}, {}}})};
-  } else {
-    graph.passes = {pass_of("draw", {{kAll, kGbuffer, {}, colors, {}}}),
-                    pass_of("lit", {{kNothing, kLight, {}, {"frame"}, all}})};
-  }
-  return graph;
-}
-
 TEST(ShadingPaths, PassesNameAPathAndItsGbuffer) {  // GRA5
   Room room;
   const std::map<std::string, std::vector<std::string>> names = {
@@ -456,7 +352,7 @@ TEST(ShadingPaths, PassesNameAPathAndItsGbuffer) {  // GRA5
   for (const auto& [path, passes] : names) {
     room.capture.settings.graph.reset();
     const FrameResult chosen = frame_of(room.capture, {"gbuffer.layout=packed", "gbuffer.bits=192"}, path);
-    room.capture.settings.graph = graph_of(path);
+    room.capture.settings.graph = test::shading_graph(path);
     const std::optional<scene::GraphFault> fault = find_fault(*room.capture.settings.graph);
     ASSERT_FALSE(fault) << path << " " << fault->pointer << " " << fault->text;
     const FrameResult named = frame_of(room.capture, {}, "visibility");

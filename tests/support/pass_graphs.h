@@ -59,6 +59,37 @@ inline scene::PassGraph antialiasing(bool depths = true) {
   return graph;
 }
 
+inline scene::Pass pass_of(const char* name, std::vector<scene::Subpass> subpasses) {
+  scene::Pass pass;
+  pass.name = name, pass.lists_subpasses = subpasses.size() > 1, pass.subpasses = std::move(subpasses);
+  return pass;
+}
+
+// The graph of a shading path: `prepass`, or `gbuffer` or `gbuffer_external` with a G-buffer of 192 bits.
+inline scene::PassGraph shading_graph(const std::string& path) {
+  using enum scene::PassShader;
+  using enum scene::DrawFilter;
+  scene::PassGraph graph;
+  const std::vector<std::string> colors = {"albedo", "normal", "glow"}, all = {"albedo", "normal", "glow", "depth"};
+  for (const std::string& name : colors) {
+    scene::Attachment& color = graph.attachments.emplace_back();
+    color.name = name, color.format = scene::AttachmentFormat::kRgba16F;
+  }
+  if (path == "prepass") {
+    scene::Pass draw = pass_of("draw", {{kAll, kForward, {}, {"frame"}, {}}});
+    draw.load = {{"depth", scene::LoadAction::kLoad}};
+    graph.passes = {pass_of("depths", {{kOpaque, kDepth, {}, {}, {}}}), draw};
+  } else if (path == "gbuffer") {
+    graph.passes = {pass_of("draw", {{kOpaque, kGbuffer, {}, colors, {}},
+                                     {kNothing, kLight, all, {"frame"}, {}},
+                                     {kBlended, kForward, {}, {"frame"}, {}}})};
+  } else {
+    graph.passes = {pass_of("draw", {{kAll, kGbuffer, {}, colors, {}}}),
+                    pass_of("lit", {{kNothing, kLight, {}, {"frame"}, all}})};
+  }
+  return graph;
+}
+
 // The capture with this graph instead of its own. Throws std::logic_error for a graph with a fault.
 inline scene::Capture with_graph(scene::Capture capture, std::optional<scene::PassGraph> graph) {
   if (graph)
