@@ -1,5 +1,6 @@
 #include "baselines/baseline_set.h"
 
+#include <algorithm>
 #include <memory>
 #include <optional>
 #include <span>
@@ -35,7 +36,7 @@ std::uint64_t loaded_bytes(const memory::Ledger& ledger) {
 // Bytes that a pass stores with fewer samples than it draws: the frame, if it draws into the frame, and attachments.
 std::uint64_t resolved_bytes(const tilecore::TileJob& job, const memory::Ledger& ledger) {
   const PassSurfaces surfaces = surfaces_of(job);
-  const bool into_frame = job.depths == nullptr && !job.actions.color;
+  const bool into_frame = job.shades() && !job.actions.color;
   const std::uint64_t frame =
       into_frame && surfaces.resolves_color ? ledger.traffic(Unit::kResolve, Purpose::kFrameBuffer).written_bytes : 0;
   // Unless one of them keeps all samples, attachments are stored as tiles store them, compressed and with velocities.
@@ -44,13 +45,12 @@ std::uint64_t resolved_bytes(const tilecore::TileJob& job, const memory::Ledger&
                                                 : 0);
 }
 
-// Counters of the passes of a view that draw.
-gpu::FrameCounters drawn_counters(const gpu::RenderedView& view) {
-  const std::vector<gpu::PassResult>& passes = view.result.passes;
-  if (view.maps_before + view.result.image_passes == 0) return view.result.counters;
+// Counters of the passes of a run that draw; `first`: number of its first one.
+gpu::FrameCounters drawn_counters(const gpu::FrameResult& run, std::size_t first) {
+  const std::vector<gpu::PassResult>& passes = run.passes;
+  if (first + run.image_passes == 0) return run.counters;
   gpu::FrameCounters counters;
-  for (std::size_t k = view.maps_before; k + view.result.image_passes < passes.size(); ++k)
-    counters.accumulate(passes[k].counters);
+  for (std::size_t k = first; k + run.image_passes < passes.size(); ++k) counters.accumulate(passes[k].counters);
   return counters;
 }
 
@@ -115,15 +115,16 @@ BaselineCounters measure_patch_machine(const tilecore::TileJob& job, const gpu::
 
 void measure_triangle_machines(const tilecore::TileJob& job, const gpu::ObservedWork& record,
                                const frontend::PyramidLibrary& pyramids, const gpu::FrameCounters& replay,
-                               const gpu::GpuConfiguration& gpu, BaselineSet& out, const MachineWork* machine,
-                               SchemeWorks* works) {
+                               const gpu::GpuConfiguration& gpu, BaselineSet& out, PrepassDepths* depths,
+                               const MachineWork* machine, SchemeWorks* works) {
   const int samples = job.pattern->samples_per_pixel();
   const std::uint64_t sample_bytes = surfaces_of(job).sample_bytes(), loaded = loaded_bytes(replay.ledger);
   const BinSize bin =
       bin_size(job.grid->region(), samples, static_cast<std::uint64_t>(gpu.baselines.gmem_bytes), sample_bytes);
   const binner::TileGrid bins(job.frame->request.width, job.frame->request.height, bin.width, bin.height,
                               job.grid->region());
-  const ImmediateFrame drawn = draw_immediately(job, record, gpu);
+  const ImmediateFrame drawn = draw_immediately(job, record, gpu, job.depths_alone ? nullptr : depths);
+  if (job.depths_alone && depths != nullptr) *depths = drawn.prepass;
   const Pass pass{gpu, job, bins, drawn.depths};
   std::vector<std::pair<std::size_t, std::unique_ptr<Scheme>>> others;
   for (std::size_t s = 0; s < kSchemeCount; ++s)
@@ -143,7 +144,7 @@ void measure_triangle_machines(const tilecore::TileJob& job, const gpu::Observed
   if (machine != nullptr) work.emplace(gpu, job, *machine, geometry, drawn, loaded);
   const DrawnPass whole{geometry,
                         drawn,
-                        stored_bytes(replay.ledger),
+                        stored_bytes(replay.ledger) + (job.stores_gbuffer() ? replay.gbuffer.layer_bytes : 0),
                         loaded,
                         resolved_bytes(job, replay.ledger),
                         replay.shading.pixel_shader_invocations,
@@ -161,83 +162,89 @@ void measure_triangle_machines(const tilecore::TileJob& job, const gpu::Observed
 BaselineObserver::WholeRun::WholeRun(const gpu::RenderedView& view, bool items)
     : gpu(patch_whole_machine(view.gpu)), recorder(gpu, view.records, view.heights, false, items, view.map_lines) {}
 
-gpu::ObservedWork BaselineObserver::measure_whole(const gpu::RenderedView& view, tilecore::TileJob job,
-                                                  BaselineCounters& out) {
+BaselineObserver::WholeView BaselineObserver::render_whole(const gpu::RenderedView& view, tilecore::TileJob job) {
   std::optional<tilecore::DepthMaps> maps;  // the machine's own stay as they are
   if (job.depths != nullptr) job.depths = &maps.emplace(*job.depths);
   std::optional<tilecore::VelocityAttachment> velocities;
   if (job.velocities != nullptr) job.velocities = &velocities.emplace(*job.velocities);
-  gpu::FrameResult whole(view.result.frame, tilecore::FrameTargets(view.result.targets.region, false));
-  gpu::ObservedWork record;
-  gpu::ViewRun run{whole_->gpu, job, whole_->recorder, whole, &record};
-  run.pass = view.pass;
+  WholeView whole{
+      gpu::FrameResult(view.result.frame, tilecore::FrameTargets(view.result.targets.region, false)), {}, {}};
+  gpu::ViewRun run{whole_->gpu, job, whole_->recorder, whole.result, &whole.record};
+  run.pass = view.pass, run.light = view.light;
+  if (view.prepass != nullptr) run.prepass = view.prepass_name, run.prepass_record = &whole.prepass;
   run.first_tile = view.first_tile;
   run.waits = job.depths == nullptr && view.maps_before == 0;
   gpu::StoredArrays arrays;
   if (job.depths == nullptr) {
-    arrays.begin(whole_->gpu, job, {}, 0, static_cast<int>(job.attachments.size()), whole.frame);
+    arrays.begin(whole_->gpu, job, {}, 0, static_cast<int>(job.attachments.size()), whole.result.frame);
     run.arrays = &arrays;
   }
   gpu::Pipeline(whole_->gpu, view.pyramids).render(run, {});
   // The maps of procedures are made before the pipeline.
-  if (job.procedures != nullptr) whole.counters.ledger += job.procedures->ledger();
-  whole_->ledger += whole.counters.ledger;
-  out = measure_patch_machine(job, whole_->gpu, view.records, whole.counters, record);
-  if (view.heights != nullptr) out.texture_bytes = looked_up_bytes(whole.counters.ledger);
-  return record;
+  if (job.procedures != nullptr) {
+    whole.result.counters.ledger += job.procedures->ledger();
+    if (!whole.result.passes.empty()) whole.result.passes.front().counters.ledger += job.procedures->ledger();
+  }
+  whole_->ledger += whole.result.counters.ledger;
+  return whole;
 }
 
-void BaselineObserver::measure(const gpu::RenderedView& view, const gpu::FrameCounters& counters) {
+void BaselineObserver::begin_frame(const gpu::RenderedView& view) {
+  if (view.maps_before > 0) return;
+  passes_.clear();
+  works_ = {};
+  joined_ = {};
+  whole_ = std::make_unique<WholeRun>(view, view.gpu.queues.model == hardware::TimingModel::kEvents);
+}
+
+void BaselineObserver::measure(const DrawnView& drawn, const tilecore::TileJob& job, const gpu::FrameCounters& whole,
+                               const gpu::ObservedWork& whole_record, PrepassDepths* depths) {
+  const gpu::RenderedView& view = drawn.view;
   const bool modelled = view.heights != nullptr;
-  if (view.maps_before == 0) {
-    passes_.clear();
-    works_ = {};
-    joined_ = {};
-    whole_ = std::make_unique<WholeRun>(view, view.gpu.queues.model == hardware::TimingModel::kEvents);
+  BaselineSet& set = passes_.emplace_back(PassSet{std::string(drawn.name), {}}).set;
+  set[SchemeId::kTessera] = measure_patch_machine(job, view.gpu, view.records, drawn.counters, drawn.record);
+  set[SchemeId::kPatchWhole] = measure_patch_machine(job, whole_->gpu, view.records, whole, whole_record);
+  if (modelled) {
+    set[SchemeId::kTessera].texture_bytes = looked_up_bytes(drawn.counters.ledger);
+    set[SchemeId::kPatchWhole].texture_bytes = looked_up_bytes(whole.ledger);
   }
-  tilecore::TileJob job = view.job;
-  job.resolve = nullptr;  // every scheme shades all pixels
-  job.pixel_ids = false;
-  PassSet& pass = passes_.emplace_back(PassSet{std::string(view.pass), {}});
-  BaselineSet& set = pass.set;
-  set[SchemeId::kTessera] = measure_patch_machine(job, view.gpu, view.records, counters, view.record);
-  if (modelled) set[SchemeId::kTessera].texture_bytes = looked_up_bytes(counters.ledger);
-  const gpu::ObservedWork whole_record = measure_whole(view, job, set[SchemeId::kPatchWhole]);
-  const std::span<const timing::WorkRound> drawn =
-      modelled ? view.rounds.first(view.rounds.size() - view.result.image_passes) : view.rounds;
   std::optional<MachineWork> machine;
-  if (modelled) machine.emplace(MachineWork{drawn, view.record.textures, view.heights, view.first_tile});
+  if (modelled)
+    machine.emplace(
+        MachineWork{drawn.rounds, drawn.record.textures, drawn.record.lights, view.heights, view.first_tile});
   SchemeWorks works;
   // Patches that the previous frame's depth hid are in no list of this frame, but an immediate machine draws them.
-  const bool hides = view.gpu.frontend.previous_depth_culling && view.job.depths == nullptr;
-  measure_triangle_machines(job, hides ? whole_record : view.record, view.pyramids, counters, view.gpu, set,
-                            machine ? &*machine : nullptr, &works);
+  const bool hides = view.gpu.frontend.previous_depth_culling && job.depths == nullptr;
+  measure_triangle_machines(job, hides ? whole_record : drawn.record, view.pyramids, drawn.counters, view.gpu, set,
+                            depths, machine ? &*machine : nullptr, &works);
   if (!modelled) return;
-  const bool waits = view.job.depths == nullptr && view.maps_before == 0;
   for (std::size_t s = 0; s < kSchemeCount; ++s)
-    if (kSchemes[s].make != nullptr) joined_[s].add(std::move(works[s]), view.pass, waits);
+    if (kSchemes[s].make != nullptr) joined_[s].add(std::move(works[s]), drawn.name, drawn.waits);
 }
 
-void BaselineObserver::add_images(const gpu::RenderedView& view) {
+void BaselineObserver::add_images(const gpu::RenderedView& view, const WholeView& whole) {
   const std::size_t images = view.result.image_passes;
   const std::span<const gpu::PassResult> results = std::span(view.result.passes).last(images);
   for (const gpu::PassResult& image : results) {
     PassSet& pass = passes_.emplace_back(PassSet{image.name, {}});
     pass.set.schemes.fill(image_pass_counters(image.counters));
+    // The machine without splits lights its own G-buffer; its run has no other passes over images.
+    if (&image == results.data() && whole.result.image_passes > 0)
+      pass.set[SchemeId::kPatchWhole] = image_pass_counters(whole.result.passes.back().counters);
   }
   if (images == 0 || view.heights == nullptr) return;
   for (std::size_t s = 0; s < kSchemeCount; ++s)
     if (kSchemes[s].make != nullptr) joined_[s].add_images(view.rounds.last(images), results);
 }
 
-void BaselineObserver::set_costs(const gpu::RenderedView& view) {
+void BaselineObserver::set_costs(const gpu::RenderedView& view, const WholeView& whole_view) {
   for (std::size_t s = 0; s < kSchemeCount; ++s)
     if (kSchemes[s].make != nullptr) works_[s] = joined_[s].finish();
   works_[static_cast<std::size_t>(SchemeId::kTessera)] = view.result.model->record.work;
   timing::FrameWork& whole = works_[static_cast<std::size_t>(SchemeId::kPatchWhole)];
   whole = whole_->recorder.finish(whole_->ledger).work;
   const std::size_t images = view.result.image_passes;
-  for (std::size_t k = 0; k < images; ++k) {
+  for (std::size_t k = whole_view.result.image_passes; k < images; ++k) {
     whole.passes.push_back(view.result.passes[view.result.passes.size() - images + k].name);
     whole.rounds.push_back(view.rounds[view.rounds.size() - images + k]);
     whole.rounds.back().pass = static_cast<std::uint32_t>(whole.passes.size() - 1);
@@ -248,15 +255,44 @@ void BaselineObserver::set_costs(const gpu::RenderedView& view) {
   });
 }
 
-void BaselineObserver::map_rendered(const gpu::RenderedView& map) { measure(map, map.result.counters); }
+void BaselineObserver::map_rendered(const gpu::RenderedView& map) {
+  begin_frame(map);
+  const WholeView whole = render_whole(map, map.job);
+  measure({map, map.pass, map.result.counters, map.record, map.rounds, false}, map.job, whole.result.counters,
+          whole.record, nullptr);
+}
 
 void BaselineObserver::view_rendered(const gpu::RenderedView& view) {
-  measure(view, drawn_counters(view));
-  add_images(view);
+  begin_frame(view);
+  tilecore::TileJob job = view.job;
+  job.resolve = nullptr;  // every scheme shades all pixels
+  job.pixel_ids = false;
+  const WholeView whole = render_whole(view, job);
+  std::span<const timing::WorkRound> rounds = view.rounds;
+  if (!rounds.empty()) rounds = rounds.first(rounds.size() - view.result.image_passes);
+  const bool waits = view.maps_before == 0, prepass = view.prepass != nullptr;
+  PrepassDepths depths;
+  if (prepass) {
+    tilecore::TileJob opaque = job;
+    opaque.depths_alone = true;
+    opaque.actions = {};
+    const auto end =
+        std::ranges::find_if(rounds, [&](const timing::WorkRound& round) { return round.pass != rounds.front().pass; });
+    const auto count = static_cast<std::size_t>(end - rounds.begin());
+    measure({view, view.prepass_name, view.result.passes[view.maps_before].counters, *view.prepass, rounds.first(count),
+             waits},
+            opaque, whole.result.passes.front().counters, whole.prepass, &depths);
+    rounds = rounds.subspan(count);
+  }
+  const std::size_t before = prepass ? 1 : 0;
+  measure(
+      {view, view.pass, drawn_counters(view.result, view.maps_before + before), view.record, rounds, prepass || waits},
+      job, drawn_counters(whole.result, before), whole.record, prepass ? &depths : nullptr);
+  add_images(view, whole);
   last_ = {};
   for (const PassSet& pass : passes_)
     for (std::size_t s = 0; s < kSchemeCount; ++s) merge(last_.schemes[s], pass.set.schemes[s]);
-  if (view.result.model) set_costs(view);
+  if (view.result.model) set_costs(view, whole);
   whole_.reset();
 }
 

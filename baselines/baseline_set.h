@@ -34,18 +34,19 @@ BaselineCounters measure_patch_machine(const tilecore::TileJob& job, const gpu::
                                        const gpu::PatchTable& records, const gpu::FrameCounters& counters,
                                        const gpu::ObservedWork& record);
 
-// Fills in the machines that tessellate first, for a pass that draws. `machine` is the machine's run, from which their
+// Fills in the machines that tessellate first, for a pass that draws. `depths`: with a prepass, the depths that it leaves; it fills
+// them in, the pass behind it reads them. `machine` is the machine's run, from which their
 // work follows; with nullptr none is computed. `replay`: counters of the run of `job`, which give the traffic of the
 // finished frame, its attachments or the shadow map, and its shading. `record`: its entries, which lead to the samples
 // that triangles touch. Counters do not depend on the number of threads; cycles and energies are set for whole frames
 // (set_cost()).
 void measure_triangle_machines(const tilecore::TileJob& job, const gpu::ObservedWork& record,
                                const frontend::PyramidLibrary& pyramids, const gpu::FrameCounters& replay,
-                               const gpu::GpuConfiguration& gpu, BaselineSet& out, const MachineWork* machine = nullptr,
-                               SchemeWorks* works = nullptr);
+                               const gpu::GpuConfiguration& gpu, BaselineSet& out, PrepassDepths* depths = nullptr,
+                               const MachineWork* machine = nullptr, SchemeWorks* works = nullptr);
 
-// The schemes in a pass of a frame: a shadow map, the drawing of the camera's view, or a pass over images. Cycles and
-// energies are zero: passes share the frame's units.
+// The schemes in a pass of a frame: a shadow map, a prepass, the drawing of the camera's view, the lighting of a stored G-buffer, or a
+// pass over images. Cycles and energies are zero: passes share the frame's units.
 struct PassSet {
   std::string name;
   BaselineSet set;
@@ -76,11 +77,27 @@ class BaselineObserver final : public gpu::ViewObserver {
     memory::Ledger ledger;
     WholeRun(const gpu::RenderedView& view, bool items);
   };
-  // Measures a pass that draws; `counters`: of its run.
-  void measure(const gpu::RenderedView& view, const gpu::FrameCounters& counters);
-  gpu::ObservedWork measure_whole(const gpu::RenderedView& view, tilecore::TileJob job, BaselineCounters& out);
-  void add_images(const gpu::RenderedView& view);
-  void set_costs(const gpu::RenderedView& view);
+  // A pass that draws: a shadow map, a prepass, or the pass that gives colours.
+  struct DrawnView {
+    const gpu::RenderedView& view;
+    std::string_view name;
+    const gpu::FrameCounters& counters;  // of the machine's run
+    const gpu::ObservedWork& record;
+    std::span<const timing::WorkRound> rounds;
+    bool waits;  // its geometry waits for the tiles of all passes before
+  };
+  // The machine's run without splits of patches.
+  struct WholeView {
+    gpu::FrameResult result;
+    gpu::ObservedWork record, prepass;
+  };
+  void begin_frame(const gpu::RenderedView& view);
+  WholeView render_whole(const gpu::RenderedView& view, tilecore::TileJob job);
+  // Measures a pass; `whole`: its counters and work without splits.
+  void measure(const DrawnView& drawn, const tilecore::TileJob& job, const gpu::FrameCounters& whole,
+               const gpu::ObservedWork& whole_record, PrepassDepths* depths);
+  void add_images(const gpu::RenderedView& view, const WholeView& whole);
+  void set_costs(const gpu::RenderedView& view, const WholeView& whole);
 
   BaselineSet last_;
   std::vector<PassSet> passes_;

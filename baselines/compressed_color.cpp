@@ -27,35 +27,55 @@ std::uint32_t mixed(std::uint32_t below, std::uint32_t above) {
 }  // namespace
 
 CompressedColorMemory::CompressedColorMemory(std::uint64_t cache_bytes, std::uint64_t burst_bytes,
-                                             const SampleLayout& layout, std::uint64_t color_bursts, bool loads)
+                                             const SampleLayout& layout, const LineData& data, bool loads)
     : burst_bytes_(burst_bytes),
-      color_bursts_(color_bursts),
+      lights_(data.gbuffer_words > 0),
       lines_(static_cast<std::uint32_t>(round_up(layout.line_count(), kBlockLines))),
       line_samples_(layout.samples_per_line()),
       cache_(cache_bytes - cache_bytes / kMetadataShare),
       metadata_(cache_bytes / kMetadataShare),
-      depth_in_memory_(lines_, false),
-      drawn_(lines_ / kBlockLines, false),
-      metadata_in_memory_(lines_ / kBlockLines / burst_bytes + 1, false),
-      bursts_(lines_ / kBlockLines, 0),
-      colors_(std::size_t{lines_} * line_samples_, 0) {
-  if (!loads) return;
-  std::fill(bursts_.begin(), bursts_.end(),
-            static_cast<std::uint8_t>((whole_block_bytes() + burst_bytes_ - 1) / burst_bytes_));
-  metadata_in_memory_.assign(metadata_in_memory_.size(), true);
+      depth_in_memory_(lines_, false) {
+  Surface &colors = surfaces_[kColors], &layers = surfaces_[kLayers];
+  colors.line_bursts = data.color_bursts, layers.line_bursts = data.layer_bursts;
+  colors.known = data.words(), layers.known = 1;
+  if (lights_)
+    colors.raw = data.color_bursts - colors.known;
+  else
+    colors.copies = data.color_bursts;
+  layers.copies = data.layer_bursts;
+  for (Surface& surface : surfaces_) {
+    if (&surface == &layers && data.layer_bursts == 0) continue;
+    surface.drawn.assign(blocks(), false);
+    surface.bursts.assign(blocks(), 0);
+    surface.words.assign(surface.known * lines_ * line_samples_, 0);
+  }
+  metadata_in_memory_.assign(surfaces_.size() * blocks() / burst_bytes + 1, loads);
+  if (loads)
+    std::ranges::fill(colors.bursts,
+                      static_cast<std::uint8_t>((whole_block_bytes(colors) + burst_bytes_ - 1) / burst_bytes_));
 }
 
-std::span<const std::uint32_t> CompressedColorMemory::block_colors(std::uint32_t block) const {
+void CompressedColorMemory::know_depths(const std::vector<bool>& lines) {
+  depths_known_ = true;
+  std::copy(lines.begin(), lines.end(), depth_in_memory_.begin());
+}
+
+std::uint64_t CompressedColorMemory::coded_bytes(const Surface& surface, std::uint32_t block) const {
   const std::size_t samples = std::size_t{kBlockLines} * line_samples_;
-  return std::span(colors_).subspan(block * samples, samples);
+  std::uint64_t bytes = 4 * samples * surface.raw;
+  for (std::size_t word = 0; word < surface.known; ++word)
+    bytes +=
+        surface.copies *
+        color_code_bytes(std::span(surface.words).subspan(word * lines_ * line_samples_ + block * samples, samples));
+  return std::min(bytes, whole_block_bytes(surface));
 }
 
-void CompressedColorMemory::use_metadata(std::uint32_t block, bool change) {
-  const auto line = static_cast<std::uint32_t>(block / burst_bytes_);
+void CompressedColorMemory::use_metadata(std::uint32_t key, bool change) {
+  const auto line = static_cast<std::uint32_t>((key - lines_) / burst_bytes_);
   const bool in_memory = metadata_in_memory_[line];
-  const bool hit = metadata_.use(line, burst_bytes_, change, [this](std::uint32_t key) {
+  const bool hit = metadata_.use(line, burst_bytes_, change, [this](std::uint32_t k) {
     bytes_written_ += burst_bytes_;
-    metadata_in_memory_[key] = true;
+    metadata_in_memory_[k] = true;
   });
   if (!hit && in_memory) bytes_read_ += burst_bytes_;
 }
@@ -66,42 +86,59 @@ void CompressedColorMemory::write_back(std::uint32_t key) {
     depth_in_memory_[key] = true;
     return;
   }
-  const std::uint32_t block = key - lines_;
-  const std::uint64_t bytes =
-      std::min<std::uint64_t>(color_code_bytes(block_colors(block)) * color_bursts_, whole_block_bytes());
-  bursts_[block] = static_cast<std::uint8_t>((bytes + burst_bytes_ - 1) / burst_bytes_);
-  bytes_written_ += bursts_[block] * burst_bytes_;
-  use_metadata(block, true);
+  Surface& surface = surfaces_[(key - lines_) / blocks()];
+  const std::uint32_t block = (key - lines_) % blocks();
+  surface.bursts[block] = static_cast<std::uint8_t>((coded_bytes(surface, block) + burst_bytes_ - 1) / burst_bytes_);
+  bytes_written_ += surface.bursts[block] * burst_bytes_;
+  use_metadata(key, true);
 }
 
 void CompressedColorMemory::use(std::uint32_t key, bool change) {
   const bool color = key >= lines_;
-  const std::uint64_t in_memory = color ? bursts_[key - lines_] : (depth_in_memory_[key] ? 1u : 0u);
-  const std::uint64_t bytes = color ? whole_block_bytes() : burst_bytes_;
+  std::uint64_t in_memory = 0, bytes = burst_bytes_;
+  if (color) {
+    const Surface& surface = surfaces_[(key - lines_) / blocks()];
+    in_memory = surface.bursts[(key - lines_) % blocks()], bytes = whole_block_bytes(surface);
+  } else {
+    in_memory = depth_in_memory_[key] ? 1 : 0;
+  }
   const bool hit = cache_.use(key, bytes, change, [this](std::uint32_t k) { write_back(k); });
   if (hit) return;
-  if (color) use_metadata(key - lines_, false);
+  if (color) use_metadata(key, false);
   bytes_read_ += in_memory * burst_bytes_;
 }
 
 void CompressedColorMemory::draw(const LineTouch& touch, std::span<const ColorWrite> writes,
                                  std::span<const std::uint32_t> colors) {
-  use(touch.line, touch.passes && !touch.blends);
+  use(touch.line, touch.passes && !touch.blends && !depths_known_);
   if (!touch.passes) return;
+  const std::size_t target = touch.blends && lights_ ? kLayers : kColors, of_point = surfaces_[kColors].known;
+  Surface& surface = surfaces_[target];
   // Colours change while their block is on chip; a block that bypasses a cache without room leaves with the change.
   for (const ColorWrite& write : writes)
-    for (std::uint64_t left = write.samples; left != 0; left &= left - 1) {
-      std::uint32_t& color =
-          colors_[std::size_t{touch.line} * line_samples_ + static_cast<std::size_t>(std::countr_zero(left))];
-      color = touch.blends ? mixed(color, colors[write.point]) : colors[write.point];
-    }
-  drawn_[touch.line / kBlockLines] = true;
-  use(key_of_block(touch.line / kBlockLines), true);
+    for (std::uint64_t left = write.samples; left != 0; left &= left - 1)
+      for (std::size_t word = 0; word < surface.known; ++word) {
+        const std::uint32_t value = colors[of_point * write.point + word];
+        std::uint32_t& kept =
+            surface
+                .words[(word * lines_ + touch.line) * line_samples_ + static_cast<std::size_t>(std::countr_zero(left))];
+        kept = touch.blends ? mixed(kept, value) : value;
+      }
+  const std::uint32_t block = touch.line / kBlockLines;
+  surface.drawn[block] = true;
+  use(key_of_block(target, block), true);
 }
 
 void CompressedColorMemory::finish(bool resolve) {
-  for (std::uint32_t block = 0; resolve && block < drawn_.size(); ++block)
-    if (drawn_[block]) use(key_of_block(block), false);
+  const auto drawn = [&](std::size_t surface, std::uint32_t block) {
+    return !surfaces_[surface].drawn.empty() && surfaces_[surface].drawn[block];
+  };
+  for (std::uint32_t block = 0; resolve && block < blocks(); ++block) {
+    for (std::uint32_t line = 0; line < kBlockLines && lights_ && drawn(kColors, block); ++line)
+      use(block * kBlockLines + line, false);
+    for (const std::size_t surface : {kColors, kLayers})
+      if (drawn(surface, block)) use(key_of_block(surface, block), false);
+  }
   cache_.flush([this](std::uint32_t key) { write_back(key); });
   metadata_.flush([this](std::uint32_t) { bytes_written_ += burst_bytes_; });
 }

@@ -88,7 +88,7 @@ TessellatedPatch tessellate_first(const tilecore::TileJob& job, std::uint32_t nu
                                              {patch.moving, frame.projection.lens_scale != 0}, mesh)
                                  .domain_evaluations;
   const std::uint64_t component_bytes = frame.request.half_attributes ? 2 : sizeof(float);
-  if (job.depths != nullptr) {
+  if (!job.shades()) {
     const std::uint64_t components = mask_components(drawable);
     patch.attribute_bytes = components * component_bytes;
     patch.stored_attribute_bytes =
@@ -135,8 +135,9 @@ gpu::GpuConfiguration patch_whole_machine(gpu::GpuConfiguration gpu) {
 HullStage run_hull_stage(const tilecore::TileJob& job, const frontend::PyramidLibrary& pyramids,
                          const gpu::GpuConfiguration& gpu, BaselineCounters& counters) {
   const scene::FrameGeometry& frame = *job.frame;
-  const frontend::FrontEndResult front_end =
-      frontend::run_front_end(frame, pyramids, patch_whole_machine(gpu).front_end_spec());
+  frontend::FrontEndSpec spec = patch_whole_machine(gpu).front_end_spec();
+  spec.blended = !job.depths_alone;
+  const frontend::FrontEndResult front_end = frontend::run_front_end(frame, pyramids, spec);
   counters.patches_culled =
       front_end.counters.culled_frustum + front_end.counters.culled_backface + front_end.groups.patches_culled;
   counters.bounding_operations =
@@ -167,6 +168,7 @@ HullStage run_hull_stage(const tilecore::TileJob& job, const frontend::PyramidLi
   if (!frame.request.sample_procedures || !frame.request.procedures) return out;
   for (const scene::PosedDrawable& drawable : frame.drawables) {
     if (drawable.procedure == nullptr || !drawable.visible) continue;
+    if (job.depths_alone && drawable.material->alpha_mode == scene::AlphaMode::kBlend) continue;
     for (std::uint32_t p = 0; p < drawable.drawable->patch_count; ++p) {
       const std::uint32_t patch = drawable.drawable->first_patch + p;
       kept[patch] = 1;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <functional>
 #include <memory>
 #include <span>
@@ -56,18 +57,37 @@ std::vector<ImmediateTraffic> draw_plain(const std::vector<TileDrawing>& tiles, 
 }
 
 bool compresses_color(const tilecore::TileJob& job, const gpu::GpuConfiguration& gpu) {
-  return job.depths == nullptr && (gpu.baselines.immediate_color_compression || has_patches(*job.frame));
+  return job.shades() && (gpu.baselines.immediate_color_compression || has_patches(*job.frame));
+}
+
+// The lines of which a prepass has left a depth.
+std::vector<bool> known_lines(const tilecore::TileJob& job, const PrepassDepths& depths, const SampleLayout& layout) {
+  std::vector<bool> lines(layout.line_count(), false);
+  const int spp = job.pattern->samples_per_pixel();
+  for (std::size_t t = 0; t < depths.tiles.size(); ++t) {
+    const IntRect pixels = job.grid->pixels(static_cast<binner::TileIndex>(t));
+    for (std::size_t s = 0; s < depths.tiles[t].size(); ++s) {
+      if (std::isinf(depths.tiles[t][s])) continue;
+      const int pixel = static_cast<int>(s) / spp, sample = static_cast<int>(s) % spp;
+      lines[layout.line(pixels.x0 + pixel % pixels.width(), pixels.y0 + pixel / pixels.width(), sample)] = true;
+    }
+  }
+  return lines;
 }
 
 void move_lines(const std::vector<TileDrawing>& tiles, const tilecore::TileJob& job, const gpu::GpuConfiguration& gpu,
-                const SampleLayout& layout, ImmediateFrame& out) {
+                const SampleLayout& layout, const PrepassDepths* known, ImmediateFrame& out) {
   const auto cache_bytes = static_cast<std::uint64_t>(gpu.baselines.cache_bytes);
   const PassSurfaces surfaces = surfaces_of(job);
   const bool resolve = surfaces.resolves_color, loads = surfaces.loads_color;
-  const std::uint64_t color_bursts = surfaces.color_bytes / surfaces.depth_bytes;
-  ImmediateMemory cached(cache_bytes, job.burst_bytes(), layout.line_count(), color_bursts, loads);
-  ImmediateMemory uncached(0, job.burst_bytes(), layout.line_count(), color_bursts, loads);
-  CompressedColorMemory compressed(cache_bytes, job.burst_bytes(), layout, color_bursts, loads);
+  const LineData data = line_data(job);
+  ImmediateMemory cached(cache_bytes, job.burst_bytes(), layout.line_count(), data, loads);
+  ImmediateMemory uncached(0, job.burst_bytes(), layout.line_count(), data, loads);
+  CompressedColorMemory compressed(cache_bytes, job.burst_bytes(), layout, data, loads);
+  if (known != nullptr) {
+    const std::vector<bool> lines = known_lines(job, *known, layout);
+    cached.know_depths(lines), uncached.know_depths(lines), compressed.know_depths(lines);
+  }
   const bool untiled = has_patches(*job.frame), compresses = compresses_color(job, gpu);
   ImmediateRun plain, smaller;
   const std::array<std::function<void()>, 3> machines = {
@@ -94,15 +114,17 @@ void move_lines(const std::vector<TileDrawing>& tiles, const tilecore::TileJob& 
 }  // namespace
 
 ImmediateFrame draw_immediately(const tilecore::TileJob& job, const gpu::ObservedWork& record,
-                                const gpu::GpuConfiguration& gpu) {
+                                const gpu::GpuConfiguration& gpu, const PrepassDepths* known) {
   const SampleLayout layout(job.grid->region(), job.pattern->samples_per_pixel(), job.burst_bytes(),
                             surfaces_of(job).depth_bytes);
   std::vector<TileDrawing> tiles(record.entries.size());
   PerThread<Worker> workers;
   parallel_for(tiles.size(), [&](std::size_t t) {
     Worker& own = workers.local();
-    tiles[t] = draw_tile(job, static_cast<std::uint32_t>(t), record.entries[t], layout, compresses_color(job, gpu),
-                         own.drawer, own.invocations);
+    std::span<const float> depths;
+    if (known != nullptr) depths = known->tiles[t];
+    tiles[t] = draw_tile(job, static_cast<std::uint32_t>(t), record.entries[t], layout, depths,
+                         compresses_color(job, gpu), own.drawer, own.invocations);
   });
   ImmediateFrame out;
   workers.for_each([&](Worker& own) { out.pixel_shader_invocations += own.invocations; });
@@ -110,11 +132,12 @@ ImmediateFrame draw_immediately(const tilecore::TileJob& job, const gpu::Observe
   for (std::size_t t = 0; t < tiles.size(); ++t) {
     out.blocks_culled += tiles[t].blocks_culled;
     out.visible.tiles.push_back(std::move(tiles[t].visible));
+    if (job.depths_alone) out.prepass.tiles.push_back(std::move(tiles[t].depths));
     out.depths.add(job.grid->pixels(static_cast<std::uint32_t>(t)), tiles[t].farthest);
   }
   out.depths.finish();
   out.order = submission_order(tiles);
-  move_lines(tiles, job, gpu, layout, out);
+  move_lines(tiles, job, gpu, layout, known, out);
   return out;
 }
 

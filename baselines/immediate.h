@@ -23,6 +23,11 @@ struct ImmediateRun {
   std::vector<ImmediateTraffic> moved;  // with the cache, up to the end of each element of ImmediateFrame::order
 };
 
+// Depths that a prepass has left, by tile and sample (TileDrawing::depths).
+struct PrepassDepths {
+  std::vector<std::vector<float>> tiles;
+};
+
 struct ImmediateFrame {
   std::vector<DrawnInTile> order;              // in the order of drawing
   ImmediateRun immediate;                      // traffic of the machine `immediate`
@@ -31,6 +36,7 @@ struct ImmediateFrame {
   std::uint64_t pixel_shader_invocations = 0;  // one per pixel and triangle that passes its depth test
   VisibleTriangles visible;  // triangles visible in the finished frame, for machines that defer shading
   DepthPyramid depths{{}};   // depths of the finished frame, for machines that test against them
+  PrepassDepths prepass;     // of a prepass
 };
 
 // Draws the frame as an immediate-mode machine does: base patch by base patch in submission order, within a patch one
@@ -46,8 +52,12 @@ struct ImmediateFrame {
 // A shadow map has lines of depths alone, in its own format, behind the same cache; no pixel is shaded. Colours
 // of an attachment have the bytes of its format. In favour of the machine: colours that a pass loads are in memory
 // already, and depths that are stored once a pixel are resolved as they leave the cache.
+//
+// A G-buffer takes the place of colours, in lines of its own width; blended layers wait in a surface of their own. If the
+// job lights it, all lines are read in the end with their depths and layers; a stored G-buffer stays in memory. `known`: depths of a
+// prepass, or nullptr; then depths are read, but do not change, and a pixel is shaded for the surface that reaches them.
 ImmediateFrame draw_immediately(const tilecore::TileJob& job, const gpu::ObservedWork& record,
-                                const gpu::GpuConfiguration& gpu);
+                                const gpu::GpuConfiguration& gpu, const PrepassDepths* known = nullptr);
 
 // Whether a pass has tessellated patches, in view or not.
 bool has_patches(const scene::FrameGeometry& frame);

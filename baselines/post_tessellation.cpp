@@ -372,7 +372,7 @@ class PostTessellation final : public Scheme {
 
   void begin(const Pass& pass) override {
     pass_ = &pass;
-    binner_.emplace(pass.gpu, *pass.job.grid, pass.job.frame->projection, storage_, pass.job.depths != nullptr);
+    binner_.emplace(pass.gpu, *pass.job.grid, pass.job.frame->projection, storage_, !pass.job.shades());
   }
   void add(const DrawnPatch& patch) override { binner_->add(patch.patch, patch.tiles); }
   SchemeResult finish(const DrawnPass& drawn) override {

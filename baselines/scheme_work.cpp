@@ -82,7 +82,8 @@ class SchemeWork::TileShares {
  public:
   // `behind`: samples that look up the environment.
   TileShares(const OwnTile& own, const gpu::TextureUse& textures, std::uint64_t behind)
-      : TileShares(own, textures, behind, own.work.events[Event::kShaderInvocations]) {}
+      : TileShares(own, textures, behind, own.work.events[Event::kShaderInvocations] - own.light.invocations,
+                   {own.work.events[Event::kTexels], own.light.lookups}) {}
   DrawnShare next(std::uint64_t invocations) {
     DrawnShare share = lookups(invocations);
     share.visibility_bytes = visibility_bytes_.next(invocations), share.alpha_tests = alpha_tests_.next(invocations);
@@ -90,6 +91,8 @@ class SchemeWork::TileShares {
     return share;
   }
   DrawnShare behind() { return lookups(behind_); }
+  // The rest, which light halves look up.
+  const DrawnShare& light() const { return light_; }
 
   // Divides the lookups of a share, `texels` and `lines`, among the lanes of its warps.
   void look_up(Parts& texels, Parts& lines, timing::WarpItem warp, TileItems& items) {
@@ -102,13 +105,22 @@ class SchemeWork::TileShares {
   std::uint32_t next_alpha_line() { return own_->alpha_lines[next_alpha_line_++ % own_->alpha_lines.size()]; }
 
  private:
-  TileShares(const OwnTile& own, const gpu::TextureUse& textures, std::uint64_t behind, std::uint64_t shaded)
+  struct Lookups {
+    std::uint64_t all, light;
+    // The part of light halves in something that all lookups caused.
+    std::uint64_t part(std::uint64_t whole) const { return scaled(whole, light, all); }
+  };
+  TileShares(const OwnTile& own, const gpu::TextureUse& textures, std::uint64_t behind, std::uint64_t shaded,
+             const Lookups& made)
       : own_(&own),
         behind_(behind),
-        texels_(own.work.events[Event::kTexels], shaded + behind),
+        light_{.texels = made.light,
+               .l2_lines = made.part(textures.l2_lines),
+               .shading_bytes = made.part(textures.shading_bytes)},
+        texels_(made.all - made.light, shaded + behind),
         decoded_texels_(own.work.events[Event::kDecodedTexels], shaded + behind),
-        l2_lines_(textures.l2_lines, shaded + behind),
-        shading_bytes_(textures.shading_bytes, shaded + behind),
+        l2_lines_(textures.l2_lines - light_.l2_lines, shaded + behind),
+        shading_bytes_(textures.shading_bytes - light_.shading_bytes, shaded + behind),
         texel_lines_(own.texel_lines.size(), shaded + behind),
         visibility_bytes_(textures.visibility_bytes, shaded),
         alpha_tests_(own.work.events[Event::kAlphaTests], shaded),
@@ -123,6 +135,7 @@ class SchemeWork::TileShares {
 
   const OwnTile* own_;
   std::uint64_t behind_;
+  DrawnShare light_;
   Parts texels_, decoded_texels_, l2_lines_, shading_bytes_, texel_lines_;
   Parts visibility_bytes_, alpha_tests_, alpha_lines_;
   std::size_t next_texel_line_ = 0, next_alpha_line_ = 0;
@@ -143,7 +156,7 @@ std::uint64_t SchemeWork::immediate_texture_bytes() const {
     const DrawnShare share = shares[drawn.tile].next(drawn.invocations);
     bytes += share.visibility_bytes + share.shading_bytes;
   }
-  for (TileShares& tile : shares) bytes += tile.behind().shading_bytes;
+  for (TileShares& tile : shares) bytes += tile.behind().shading_bytes + tile.light().shading_bytes;
   return bytes;
 }
 
@@ -173,6 +186,10 @@ SchemeWork::SchemeWork(const gpu::GpuConfiguration& gpu, const tilecore::TileJob
       add_shading(round.tiles[k], own.work);
       if (has_items_) add_own_items(round.items[k], own);
     }
+  for (std::size_t tile = 0; tile < machine.lights.size(); ++tile) {
+    own_[tile].light = machine.lights[tile];
+    own_[tile].work.events[Event::kTileBytes] += machine.lights[tile].tile_bytes;
+  }
   for (std::size_t k = 0; k < drawn.order.size(); ++k)
     own_[drawn.order[k].tile].drawn.push_back(static_cast<std::uint32_t>(k));
 }
@@ -182,10 +199,13 @@ void SchemeWork::take_shaders() {
                      job_.shading.rate != tilecore::ShadingRate::kCache;
   for (const scene::PosedDrawable& drawable : job_.frame->drawables) {
     Shaders& of = shaders_.emplace_back();
-    of.pixel = tilecore::warp_item(*job_.frame, drawable, job_.lighting, quads, false);
+    const tilecore::PixelShader::Halves halves = tilecore::halves_of(job_.shading);
+    const bool fills = job_.shading.has_gbuffer() && tilecore::fills_gbuffer(drawable, halves);
+    of.pixel = fills ? tilecore::fill_warp_item(*job_.frame, drawable, quads, halves, false)
+                     : tilecore::warp_item(*job_.frame, drawable, job_.lighting, quads, false);
     of.masks = drawable.material->alpha_mode == scene::AlphaMode::kMask;
     of.place = of.whole = tilecore::place_cost(drawable);
-    if (tilecore::has_grid(drawable) && job_.depths == nullptr) of.whole = tilecore::output_cost(*job_.frame, drawable);
+    if (tilecore::has_grid(drawable) && job_.shades()) of.whole = tilecore::output_cost(*job_.frame, drawable);
     of.displaced = of.place.texture_instructions > 0;
   }
 }
@@ -195,8 +215,11 @@ void SchemeWork::add_own_items(const timing::TileItems& items, OwnTile& own) con
   for (const timing::SubPatchItem& item : items.sub_patches) alpha += item.texel_lines;
   const auto middle = items.texel_lines.begin() + static_cast<std::ptrdiff_t>(alpha);
   own.alpha_lines.insert(own.alpha_lines.end(), items.texel_lines.begin(), middle);
-  own.texel_lines.insert(own.texel_lines.end(), middle, items.texel_lines.end());
+  auto line = middle;
   for (timing::WarpItem warp : items.warps) {
+    std::vector<std::uint32_t>& lines = warp.kind == timing::WarpItem::kLight ? own.light_lines : own.texel_lines;
+    const auto end = line + static_cast<std::ptrdiff_t>(warp.texel_lines);
+    lines.insert(lines.end(), std::exchange(line, end), end);
     if (warp.kind == timing::WarpItem::kVertices) continue;  // schemes shade their vertices before
     if (warp.drawable > 0 && warp.kind == timing::WarpItem::kEvaluating) {
       const timing::WarpItem& interpolates = shaders_[warp.drawable - 1].pixel;
@@ -206,6 +229,7 @@ void SchemeWork::add_own_items(const timing::TileItems& items, OwnTile& own) con
     }
     own.warps.push_back(warp);
   }
+  own.texel_lines.insert(own.texel_lines.end(), line, items.texel_lines.end());
 }
 
 timing::SubPatchItem SchemeWork::tests_of(const DrawnInTile& drawn) const {
@@ -276,7 +300,14 @@ void SchemeWork::add_items(const ListWork& list, const OwnTile& own, Draw out) c
   out.items.sub_patches = std::move(items);
   out.items.warps = own.warps;
   out.items.texel_lines = own.alpha_lines;
-  out.items.texel_lines.insert(out.items.texel_lines.end(), own.texel_lines.begin(), own.texel_lines.end());
+  auto line = own.texel_lines.begin(), light_line = own.light_lines.begin();
+  const auto take = [&](auto& from, std::ptrdiff_t count) {
+    out.items.texel_lines.insert(out.items.texel_lines.end(), from, from + count);
+    from += count;
+  };
+  for (const timing::WarpItem& warp : own.warps)
+    take(warp.kind == timing::WarpItem::kLight ? light_line : line, static_cast<std::ptrdiff_t>(warp.texel_lines));
+  take(line, own.texel_lines.end() - line);
 }
 
 // Shades vertices before tiles, pass after pass, by the shaders of all patches that the hull stage kept.
@@ -429,6 +460,20 @@ void SchemeWork::add_background(const OwnTile& own, TileShares& tile, Draw out) 
     if (warp.kind == timing::WarpItem::kBackground) tile.look_up(texels, lines, warp, out.items);
 }
 
+void SchemeWork::add_lights(const OwnTile& own, TileShares& tile, Draw out) const {
+  const gpu::LightUse& light = own.light;
+  timing::EventCounts& events = out.work.events;
+  events[Event::kCompactedSamples] += light.invocations;
+  events[Event::kShaderInvocations] += light.invocations;
+  events[Event::kShaderLanes] += light.warps * static_cast<std::uint64_t>(gpu_.shader.warp_lanes);
+  for (const Event event : {Event::kLightTests, Event::kLightLanes}) events[event] += own.work.events[event];
+  add_lookups(tile.light(), out.work);
+  if (!has_items_) return;
+  for (const timing::WarpItem& warp : own.warps)
+    if (warp.kind == timing::WarpItem::kLight || warp.makes_lights()) out.items.warps.push_back(warp);
+  out.items.texel_lines.insert(out.items.texel_lines.end(), own.light_lines.begin(), own.light_lines.end());
+}
+
 // Draws patches in order, cut into batches. A patch without any remaining sample is shaded and set up with the next one.
 void SchemeWork::add_batches(std::uint64_t patch_bytes, std::span<const ImmediateTraffic> traffic,
                              std::vector<TileShares>& shares, timing::WorkRound& round) const {
@@ -508,11 +553,13 @@ timing::FrameWork SchemeWork::immediate(const BaselineCounters& scheme, std::spa
     TileWork& tile = finish.tiles.emplace_back();
     tile.tile = order_[k] + machine_.first_tile;
     const TileWork& own = own_[order_[k]].work;
-    if (samples_ > 1) tile.events[Event::kPixels] = pixels_of(*job_.grid, order_[k]);
+    const bool lights = job_.shading.has_gbuffer() && job_.shades() && !job_.stores_gbuffer();
+    if (samples_ > 1 && !job_.stores_gbuffer()) tile.events[Event::kPixels] = pixels_of(*job_.grid, order_[k]);
     for (const Event event : {Event::kCodedPixels, Event::kCompressedPixels}) tile.events[event] = own.events[event];
     tile.dram_bytes[kStore] = reads[k] + writes[k];
     TileItems items;
     add_background(own_[order_[k]], shares[order_[k]], {tile, items});
+    if (lights) add_lights(own_[order_[k]], shares[order_[k]], {tile, items});
     if (!has_items_) continue;
     items.resolve_bytes = reads[k], items.written_bytes = writes[k];
     finish.items.push_back(std::move(items));

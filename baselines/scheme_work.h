@@ -20,6 +20,7 @@ namespace tessera::baselines {
 struct MachineWork {
   std::span<const timing::WorkRound> rounds;  // in which the pass is drawn; with items: schemes have them as well
   std::span<const gpu::TextureUse> textures;  // by tile
+  std::span<const gpu::LightUse> lights;      // by tile
   const gpu::DisplacementMemory* heights;     // nullptr where textures are not modelled
   std::uint32_t first_tile = 0;               // number of the pass's first tile in the rounds
 };
@@ -66,10 +67,13 @@ struct FrontWork {
 // reference are read as one stream that begins with the tile; vertices that are shaded in tiles read heights through
 // the L2, as warps read texels.
 //
+// A G-buffer on chip takes the room of colours in the tile; draws that fill it take the fill half of their shader. Light halves are
+// the machine's, and so are their light lists and the bytes that both move on chip.
+//
 // Immediate machines run the front end, then batches of drawn patches in sequence (a patch in a tile, joined up to a
 // tile of samples), each on one core. Vertices and set-up of a patch come with its first tile, then the steps above.
 // Colour and depth move as the cache misses. All drawn pixels are shaded, with as many lookups per invocation as the
-// machine makes in that tile. Then the resolve follows, tile by tile.
+// machine makes in that tile. Then the resolve follows, tile by tile, or the light halves over a G-buffer that is read again.
 //
 // Simplifications in favour of all schemes: no sorting; overlap tests that miss cost the binner nothing; decoding of
 // packed positions, strips and runs of bits is free; lists are read ahead at any length. One goes against them: a
@@ -100,20 +104,21 @@ class SchemeWork {
   struct OwnTile {
     timing::TileWork work;
     std::vector<std::uint32_t> drawn;  // ImmediateFrame::order, in this tile
+    gpu::LightUse light;               // of light halves on chip
     // With items:
     std::vector<timing::WarpItem> warps;
-    std::vector<std::uint32_t> alpha_lines, texel_lines;  // TileItems::texel_lines
+    std::vector<std::uint32_t> alpha_lines, texel_lines, light_lines;  // TileItems::texel_lines; of light halves apart
   };
   // Shaders of a drawable's triangles.
   struct Shaders {
-    timing::WarpItem pixel;
+    timing::WarpItem pixel;             // of a draw: the fill half where it fills a G-buffer
     hardware::ShaderCost place, whole;  // of a vertex: position alone, and with the outputs that pixels interpolate
     bool masks = false, displaced = false;
   };
   // The part of the machine's work in a tile that belongs to one drawn patch, or to the environment behind.
   struct DrawnShare {
-    std::uint64_t texels, decoded_texels, l2_lines, visibility_bytes, shading_bytes, alpha_tests, texel_lines,
-        alpha_lines;
+    std::uint64_t texels = 0, decoded_texels = 0, l2_lines = 0, visibility_bytes = 0, shading_bytes = 0;
+    std::uint64_t alpha_tests = 0, texel_lines = 0, alpha_lines = 0;
   };
   class Parts;
   class TileShares;
@@ -141,6 +146,8 @@ class SchemeWork {
                    std::vector<TileShares>& shares, timing::WorkRound& round) const;
   static void add_lookups(const DrawnShare& share, timing::TileWork& work);
   void add_warps(const DrawnInTile& drawn, const DrawnShare& share, TileShares& tile, Draw out) const;
+  // Adds the light halves of a tile, with the machine's warps and light lists.
+  void add_lights(const OwnTile& own, TileShares& tile, Draw out) const;
   // Adds samples of a tile that see the environment, where no patch was drawn.
   void add_background(const OwnTile& own, TileShares& tile, Draw out) const;
   std::vector<std::uint64_t> by_pixels(std::uint64_t bytes) const;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 
 #include "base/round_up.h"
@@ -10,24 +11,27 @@ namespace tessera::baselines {
 
 // The surfaces that a pass draws into, as conventional machines keep and store them.
 struct PassSurfaces {
-  std::uint64_t depth_bytes = 4;  // of a sample
-  std::uint64_t color_bytes = 4;  // of a sample; 0: the pass draws depths alone
-  bool resolves_color = false;    // it stores fewer colours of a pixel than it draws
-  bool loads_color = false;       // the present colours are loaded before it draws
-  bool keeps_samples = false;     // it stores all samples of an attachment
+  std::uint64_t depth_bytes = 4;    // of a sample
+  std::uint64_t color_bytes = 4;    // of a sample; 0: the pass draws depths alone
+  std::uint64_t gbuffer_bytes = 0;  // of a sample; 0: draws of opaque surfaces give colours at once
+  bool resolves_color = false;      // it stores fewer colours of a pixel than it draws, or other colours
+  bool loads_color = false;         // the present colours are loaded before it draws
+  bool keeps_samples = false;       // it stores all samples of an attachment
   // Raw bytes of the surfaces that are stored with fewer samples than are drawn, beside the frame.
   std::uint64_t resolved_bytes = 0;
 
-  // Bytes of a sample in a tile.
-  std::uint64_t sample_bytes() const { return depth_bytes + color_bytes; }
+  // Bytes that a draw of an opaque surface leaves for a sample besides its depth.
+  std::uint64_t drawn_bytes() const { return gbuffer_bytes > 0 ? gbuffer_bytes : color_bytes; }
+  // Bytes of a sample in a tile: colours lie where the G-buffer was that they are made from.
+  std::uint64_t sample_bytes() const { return depth_bytes + std::max(color_bytes, gbuffer_bytes); }
 };
 
-// The surfaces of a job. A shadow map has the depth of its format; frames have 4 bytes of depth and of colour, attachments
-// the bytes of their format.
+// The surfaces of a job. A shadow map has the depth of its format; frames have 4 bytes of depth and of colour, attachments and
+// G-buffers the bytes of their format. A pass that stores its G-buffer stores no colours.
 inline PassSurfaces surfaces_of(const tilecore::TileJob& job) {
   PassSurfaces out;
-  if (job.depths != nullptr) {
-    out.depth_bytes = job.depths->texel_bytes();
+  if (!job.shades()) {
+    if (job.depths != nullptr) out.depth_bytes = job.depths->texel_bytes();
     out.color_bytes = 0;
     return out;
   }
@@ -39,15 +43,19 @@ inline PassSurfaces surfaces_of(const tilecore::TileJob& job) {
         static_cast<std::uint64_t>(region.width()) * static_cast<std::uint64_t>(region.height()) * pixel_bytes,
         job.burst_bytes());
   };
-  out.loads_color = actions.load_color;
-  out.resolves_color = samples > 1 && (!actions.color || actions.color->samples == 1);
-  if (actions.color) {
-    out.color_bytes = actions.color->coder.pixel_bytes();
-    if (out.resolves_color) out.resolved_bytes += stored(actions.color->pixel_bytes());
+  out.gbuffer_bytes = job.shading.gbuffer_bytes();
+  const bool lights = out.gbuffer_bytes > 0 && !job.stores_gbuffer();
+  out.loads_color = actions.load_color && out.gbuffer_bytes == 0;
+  if (!job.stores_gbuffer()) {
+    out.resolves_color = lights || (samples > 1 && (!actions.color || actions.color->samples == 1));
+    if (actions.color) {
+      out.color_bytes = actions.color->coder.pixel_bytes();
+      if (out.resolves_color) out.resolved_bytes += stored(actions.color->pixel_bytes());
+    }
   }
   if (actions.depth_bytes > 0 && actions.depth_samples < samples) out.resolved_bytes += stored(actions.depth_bytes);
-  out.keeps_samples =
-      (actions.color && !out.resolves_color) || (actions.depth_bytes > 0 && actions.depth_samples == samples);
+  out.keeps_samples = job.stores_gbuffer() || (actions.color && !out.resolves_color) ||
+                      (actions.depth_bytes > 0 && actions.depth_samples == samples);
   return out;
 }
 

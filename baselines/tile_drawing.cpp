@@ -1,12 +1,15 @@
 #include "baselines/tile_drawing.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <limits>
 #include <tuple>
 
 #include "baselines/depth_pyramid.h"
+#include "baselines/surfaces.h"
+#include "tilecore/shading/gbuffer_packing.h"
 
 namespace tessera::baselines {
 namespace {
@@ -31,8 +34,12 @@ SampleLayout::SampleLayout(IntRect region, int samples_per_pixel, std::uint64_t 
 }
 
 void ImmediateMemory::finish(bool resolve) {
-  for (std::uint32_t line = 0; resolve && line < drawn_.size(); ++line)
-    if (drawn_[line]) use(2 * line + 1, true, false);
+  const bool lights = data_.gbuffer_words > 0;
+  for (std::uint32_t line = 0; resolve && line < drawn_.size(); ++line) {
+    if (drawn_[line] && lights) use(key_of(line, kDepth), true, false);
+    if (drawn_[line]) use(key_of(line, kColor), true, false);
+    if (layered_[line]) use(key_of(line, kLayers), true, false);
+  }
   cache_.flush([this](std::uint32_t key) { write_back(key); });
 }
 
@@ -64,13 +71,15 @@ std::uint32_t packed(const tilecore::ShadedPoint& point) {
 // Depths of samples, and the farthest depth of each block of 8x8 pixels.
 class DepthBlocks {
  public:
-  DepthBlocks(IntRect pixels, int samples_per_pixel)
+  // `known`: depths of the samples from the start; empty: they see nothing.
+  DepthBlocks(IntRect pixels, int samples_per_pixel, std::span<const float> known)
       : width_(pixels.width()), spp_(samples_per_pixel), columns_((width_ + kBlockSide - 1) / kBlockSide) {
     const auto rows = static_cast<std::size_t>((pixels.height() + kBlockSide - 1) / kBlockSide);
     depth.assign(static_cast<std::size_t>(pixels.width() * pixels.height() * spp_),
                  std::numeric_limits<float>::infinity());
     farthest_.assign(static_cast<std::size_t>(columns_) * rows, std::numeric_limits<float>::infinity());
-    changed_.assign(farthest_.size(), false);
+    changed_.assign(farthest_.size(), !known.empty());
+    std::ranges::copy(known, depth.begin());
   }
 
   std::size_t block_of(std::uint32_t sample) const {
@@ -119,12 +128,13 @@ class DepthBlocks {
 // One tile while it is drawn.
 class Drawing {
  public:
-  Drawing(const tilecore::TileJob& job, std::uint32_t tile, const SampleLayout& layout)
+  Drawing(const tilecore::TileJob& job, std::uint32_t tile, const SampleLayout& layout, std::span<const float> known)
       : job_(job),
         pixels_(job.grid->pixels(tile)),
         spp_(job.pattern->samples_per_pixel()),
         layout_(layout),
-        blocks_(pixels_, spp_),
+        blocks_(pixels_, spp_, known),
+        known_(!known.empty()),
         seen_(blocks_.depth.size(), kNoTriangle) {}
 
   // Depth test of one base patch's hits, triangle by triangle.
@@ -160,6 +170,7 @@ class Drawing {
   void find_visible() {
     out.farthest = blocks_.all_farthest();
     out.visible = seen_;
+    if (job_.depths_alone) out.depths = blocks_.depth;
     for (const Layer& layer : layers_)
       if (layer.z < blocks_.depth[layer.sample]) out.visible.push_back(layer.name);
     std::sort(out.visible.begin(), out.visible.end());
@@ -194,7 +205,11 @@ class Drawing {
       else
         found->second = std::min(found->second, hit.z);
     }
-    std::erase_if(nearest_, [&](const auto& of) { return of.second < blocks_.farthest(of.first); });
+    // A surface that reaches a known depth is drawn.
+    std::erase_if(nearest_, [&](const auto& of) {
+      const float farthest = blocks_.farthest(of.first);
+      return of.second < farthest || (known_ && of.second == farthest);
+    });
     out.blocks_culled += nearest_.size();
     if (nearest_.empty()) return hits;
     const auto end = std::remove_if(hits.begin(), hits.end(), [&](const Hit& hit) {
@@ -205,7 +220,9 @@ class Drawing {
   }
 
   bool passes(std::uint32_t patch, const scene::Material& material, const Hit& hit, float t) {
-    if (!(hit.z < blocks_.depth[hit.sample])) return false;
+    const float depth = blocks_.depth[hit.sample];
+    const bool reaches = known_ && hit.z == depth && material.alpha_mode != AlphaMode::kBlend;
+    if (!(hit.z < depth) && !reaches) return false;
     if (material.alpha_mode != AlphaMode::kMask) return true;
     const auto [frame, at] = tilecore::in_segment(
         *job_.frame, {patch, hit.triangle, hit.b1, hit.b2, tilecore::time_seen(*job_.frame, patch, t)});
@@ -216,8 +233,7 @@ class Drawing {
 
   void draw_triangle(std::uint32_t patch, std::span<Hit> all) {
     const scene::Material& material = *job_.frame->drawable_of(patch).material;
-    const bool depths_alone = job_.depths != nullptr,
-               blends = material.alpha_mode == AlphaMode::kBlend && !depths_alone;
+    const bool depths_alone = !job_.shades(), blends = material.alpha_mode == AlphaMode::kBlend && !depths_alone;
     touched_.clear();
     std::uint32_t pixel_before = std::numeric_limits<std::uint32_t>::max();
     for (const Hit& hit : cull_blocks(all)) {
@@ -231,7 +247,7 @@ class Drawing {
         if (blends)
           layers_.push_back({name, hit.sample, hit.z});
         else
-          blocks_.set(hit.sample, hit.z), seen_[hit.sample] = name;
+          see(hit, name);
         if (!depths_alone && static_cast<std::uint32_t>(pixel) != pixel_before) {
           const float seen_at = tilecore::time_seen(*job_.frame, patch, t);
           invocations.push_back({{patch, hit.triangle, hit.b1, hit.b2, seen_at}, t});
@@ -242,6 +258,12 @@ class Drawing {
                           static_cast<std::uint32_t>(std::max<std::size_t>(invocations.size(), 1) - 1)});
     }
     add_touches(blends);
+  }
+
+  // Of surfaces that reach a known depth the first is seen.
+  void see(const Hit& hit, std::uint64_t name) {
+    if (!known_) blocks_.set(hit.sample, hit.z);
+    if (!known_ || seen_[hit.sample] == kNoTriangle) seen_[hit.sample] = name;
   }
 
   // Joins the samples of a line, and within it the samples of the same colour.
@@ -272,6 +294,7 @@ class Drawing {
   tilecore::AlphaTest alpha_test_;
   const scene::PosedDrawable* masked_ = nullptr;  // drawable whose alpha it tests
   DepthBlocks blocks_;
+  bool known_;  // depths do not change
   std::uint64_t tested_ = 0;
   std::vector<std::uint64_t> seen_;
   std::vector<Layer> layers_;
@@ -279,10 +302,61 @@ class Drawing {
   std::vector<SampleTouch> touched_;
 };
 
+// The word of the G-buffer, or the colour, that each invocation of a tile leaves.
+std::vector<std::uint32_t> words_of(const tilecore::TileJob& job, std::span<const tilecore::Invocation> invocations,
+                                    tilecore::PixelShader& shader) {
+  std::vector<tilecore::ShadedPoint> points(invocations.size());
+  std::vector<std::uint32_t> out;
+  const std::size_t words = line_data(job).words();
+  if (!job.shading.has_gbuffer()) {
+    shader.shade(*job.frame, job.lighting, invocations, points);
+    for (const tilecore::ShadedPoint& point : points) out.push_back(packed(point));
+    return out;
+  }
+  shader.fill(*job.frame, job.lighting, invocations, points, nullptr, job.warp_lanes(), nullptr,
+              tilecore::halves_of(job.shading));
+  out.resize(words * invocations.size());
+  for (std::size_t i = 0; i < invocations.size(); ++i) {
+    if (shader.filled()[i] == 0) {
+      out[words * i] = packed(points[i]);
+      continue;
+    }
+    std::array<float, tilecore::GbufferPlanes::kMaterial> values;
+    for (std::size_t plane = 0; plane < values.size(); ++plane) values[plane] = shader.filled_value(plane, i);
+    const tilecore::PackedGbuffer code = tilecore::pack_gbuffer(values, 0);
+    std::copy_n(code.begin(), words, out.begin() + static_cast<std::ptrdiff_t>(words * i));
+  }
+  return out;
+}
+
+// Shades blended invocations, which fill no G-buffer.
+void shade_layers(const tilecore::TileJob& job, std::span<const tilecore::Invocation> invocations,
+                  tilecore::PixelShader& shader, std::vector<std::uint32_t>& words) {
+  std::vector<tilecore::Invocation> blended;
+  std::vector<std::size_t> numbers;
+  for (std::size_t i = 0; i < invocations.size(); ++i)
+    if (job.frame->drawable_of(invocations[i].at.patch).material->alpha_mode == AlphaMode::kBlend)
+      blended.push_back(invocations[i]), numbers.push_back(i);
+  std::vector<tilecore::ShadedPoint> points(blended.size());
+  shader.shade(*job.frame, job.lighting, blended, points);
+  const std::size_t of_point = line_data(job).words();
+  for (std::size_t k = 0; k < blended.size(); ++k) words[of_point * numbers[k]] = packed(points[k]);
+}
+
 }  // namespace
 
+LineData line_data(const tilecore::TileJob& job) {
+  const PassSurfaces surfaces = surfaces_of(job);
+  LineData data{.color_bursts = surfaces.drawn_bytes() / surfaces.depth_bytes};
+  if (surfaces.gbuffer_bytes == 0) return data;
+  data.gbuffer_words = std::min<std::size_t>(data.color_bursts, std::tuple_size_v<tilecore::PackedGbuffer>);
+  data.layer_bursts = surfaces.color_bytes / surfaces.depth_bytes;
+  return data;
+}
+
 TileDrawing draw_tile(const tilecore::TileJob& job, std::uint32_t tile, std::vector<binner::ListEntry> entries,
-                      const SampleLayout& layout, bool colors, TileDrawer& drawer, std::uint64_t& invocations) {
+                      const SampleLayout& layout, std::span<const float> known, bool colors, TileDrawer& drawer,
+                      std::uint64_t& invocations) {
   // Cells of procedures have no triangles.
   if (job.procedures != nullptr)
     std::erase_if(entries, [&](const binner::ListEntry& entry) {
@@ -290,7 +364,7 @@ TileDrawing draw_tile(const tilecore::TileJob& job, std::uint32_t tile, std::vec
     });
   std::sort(entries.begin(), entries.end(),
             [](const binner::ListEntry& a, const binner::ListEntry& b) { return a.base_patch < b.base_patch; });
-  Drawing drawing(job, tile, layout);
+  Drawing drawing(job, tile, layout, known);
   CollectingSink sink;
   drawer.core.begin_tile(job, tile);
   for (std::size_t e = 0; e < entries.size();) {
@@ -306,9 +380,8 @@ TileDrawing draw_tile(const tilecore::TileJob& job, std::uint32_t tile, std::vec
   drawing.find_visible();
   invocations += drawing.invocations.size();
   if (colors) {
-    std::vector<tilecore::ShadedPoint> points(drawing.invocations.size());
-    drawer.shader.shade(*job.frame, job.lighting, drawing.invocations, points);
-    for (const tilecore::ShadedPoint& point : points) drawing.out.colors.push_back(packed(point));
+    drawing.out.colors = words_of(job, drawing.invocations, drawer.shader);
+    if (job.shading.has_gbuffer()) shade_layers(job, drawing.invocations, drawer.shader, drawing.out.colors);
   }
   return std::move(drawing.out);
 }

@@ -41,40 +41,63 @@ class SampleLayout {
   std::uint32_t line_count_;
 };
 
+// Data that an immediate-mode machine keeps for a line of depths.
+struct LineData {
+  std::uint64_t color_bursts = 1;  // of colours, or of a G-buffer; 0: a pass of depths alone
+  // Known words of a sample of the G-buffer; further words are raw. 0: draws give colours at once.
+  std::size_t gbuffer_words = 0;
+  std::uint64_t layer_bursts =
+      0;  // with a G-buffer: of blended layers, which wait in a surface of their own for their light
+
+  std::size_t words() const { return gbuffer_words > 0 ? gbuffer_words : 1; }  // that a draw gives a sample
+};
+
+LineData line_data(const tilecore::TileJob& job);
+
 // The memory of an immediate-mode machine behind a colour and depth cache (LRU, lines of one burst). Depth is read
 // before it is tested. Colour is read only to blend, as lines have a mask of changed bytes. A line that was never
-// written back is known to be clear and is not read. At the end samples are resolved, which reads all drawn colour.
+// written back is known to be clear and is not read. At the end samples are resolved, which reads all drawn colour, or all of the
+// G-buffer, with its depths, and the layers.
 //
 // Configured by baselines.cache_bytes, memory.burst_bytes.
 class ImmediateMemory {
  public:
-  // `color_bursts`: bursts of the colours that belong to a line of depths, 0 for a pass of depths alone; `loads`: colours are in memory from the start.
+  // `loads`: colours are in memory from the start.
   ImmediateMemory(std::uint64_t cache_bytes, std::uint64_t burst_bytes, std::uint32_t line_count,
-                  std::uint64_t color_bursts = 1, bool loads = false)
+                  const LineData& data = {}, bool loads = false)
       : burst_bytes_(burst_bytes),
-        color_bursts_(color_bursts),
+        data_(data),
         cache_(cache_bytes),
-        in_memory_(std::size_t{2} * line_count, false),
-        drawn_(line_count, false) {
-    for (std::size_t color = 1; loads && color < in_memory_.size(); color += 2) in_memory_[color] = true;
+        in_memory_(std::size_t{kSurfaces} * line_count, false),
+        drawn_(line_count, false),
+        layered_(line_count, false) {
+    for (std::size_t key = kColor; loads && key < in_memory_.size(); key += kSurfaces) in_memory_[key] = true;
+  }
+  // The depths of these lines are in memory, as a prepass has left them, and no draw changes any.
+  void know_depths(const std::vector<bool>& lines) {
+    depths_known_ = true;
+    for (std::uint32_t line = 0; line < lines.size(); ++line) in_memory_[key_of(line, kDepth)] = lines[line];
   }
 
   // Draws a triangle on the samples of a line. `passes`: some of them are in front of the depth drawn so far. Blended
   // triangles change no depth.
   void draw(std::uint32_t line, bool passes, bool blends) {
-    use(2 * line, true, passes && !blends);
+    use(key_of(line, kDepth), true, passes && !blends && !depths_known_);
     if (!passes) return;
-    use(2 * line + 1, blends, true);
-    drawn_[line] = true;
+    const bool layer = blends && data_.layer_bursts > 0;
+    use(key_of(line, layer ? kLayers : kColor), blends, true);
+    (layer ? layered_ : drawn_)[line] = true;
   }
 
-  // Writes back the cache; `resolve` reads the colour first.
+  // Writes back the cache; `resolve` reads the colour, or what is lit, first.
   void finish(bool resolve);
 
   std::uint64_t bytes_read() const { return bytes_read_; }
   std::uint64_t bytes_written() const { return bytes_written_; }
 
  private:
+  static constexpr std::uint32_t kDepth = 0, kColor = 1, kLayers = 2, kSurfaces = 3;
+  static std::uint32_t key_of(std::uint32_t line, std::uint32_t surface) { return kSurfaces * line + surface; }
   void use(std::uint32_t key, bool read, bool change) {
     const bool in_memory = in_memory_[key];  // before this use writes it past a cache without room
     const bool hit = cache_.use(key, bytes_of(key), change, [this](std::uint32_t k) { write_back(k); });
@@ -84,11 +107,16 @@ class ImmediateMemory {
     bytes_written_ += bytes_of(key);
     in_memory_[key] = true;
   }
-  std::uint64_t bytes_of(std::uint32_t key) const { return key % 2 == 0 ? burst_bytes_ : burst_bytes_ * color_bursts_; }
+  std::uint64_t bytes_of(std::uint32_t key) const {
+    const std::uint32_t surface = key % kSurfaces;
+    return burst_bytes_ * (surface == kDepth ? 1 : surface == kColor ? data_.color_bursts : data_.layer_bursts);
+  }
 
-  std::uint64_t burst_bytes_, color_bursts_;
+  std::uint64_t burst_bytes_;
+  LineData data_;
   memory::LruCache cache_;
-  std::vector<bool> in_memory_, drawn_;
+  std::vector<bool> in_memory_, drawn_, layered_;
+  bool depths_known_ = false;
   std::uint64_t bytes_read_ = 0, bytes_written_ = 0;
 };
 
@@ -125,11 +153,12 @@ struct TileDrawing {
   std::vector<DrawnInTile> drawn;
   std::vector<LineTouch> touches;
   std::vector<ColorWrite> writes;
-  std::vector<std::uint32_t> colors;  // RGBA8, by point
+  std::vector<std::uint32_t> colors;  // by point: RGBA8, or the known words of the G-buffer (LineData::words())
   std::uint64_t blocks_culled = 0;    // pairs of a triangle and a block
   std::vector<float>
       farthest;  // farthest depth of each block in the end, row by row; infinity if a sample sees the environment
   std::vector<std::uint64_t> visible;  // see VisibleTriangles
+  std::vector<float> depths;           // of a prepass: of its samples in the end; infinity: a sample sees no surface
 };
 
 // Scratch memory of a thread.
@@ -139,9 +168,11 @@ struct TileDrawer {
 };
 
 // Draws one tile. `entries`: entries of the tile, cut and ordered in any way. Hits are exact, also where motion and
-// defocus scatter them. A shadow map has no invocations, and a surface that blends casts like an opaque one. With `colors`
-// false no pixel is shaded and colours stay empty; `point` still numbers invocations.
+// defocus scatter them. A shadow map has no invocations, and a surface that blends casts like an opaque one. `known`: depths that a
+// prepass has left of the samples, which opaque surfaces must reach; empty: there was none. With `colors` false no pixel is shaded and
+// colours stay empty; `point` still numbers invocations.
 TileDrawing draw_tile(const tilecore::TileJob& job, std::uint32_t tile, std::vector<binner::ListEntry> entries,
-                      const SampleLayout& layout, bool colors, TileDrawer& drawer, std::uint64_t& invocations);
+                      const SampleLayout& layout, std::span<const float> known, bool colors, TileDrawer& drawer,
+                      std::uint64_t& invocations);
 
 }  // namespace tessera::baselines

@@ -48,13 +48,15 @@ class SubPatchStore {
 };
 
 // Drawables whose patches this frame draws. `read`: by drawable, empty for all.
-std::vector<std::uint32_t> drawables_to_read(const scene::FrameGeometry& frame, const std::vector<std::uint8_t>& read) {
+std::vector<std::uint32_t> drawables_to_read(const scene::FrameGeometry& frame, const FrontEndSpec& spec,
+                                             const std::vector<std::uint8_t>& read) {
   const bool skip_procedures = frame.request.sample_procedures || !frame.request.procedures;
   std::vector<std::uint32_t> drawables;
   for (std::size_t d = 0; d < frame.drawables.size(); ++d) {
     const scene::Drawable& drawable = *frame.drawables[d].drawable;
     if (drawable.patch_count == 0 || (!read.empty() && read[d] == 0)) continue;
     if (!frame.moves_here(frame.drawables[d])) continue;
+    if (!spec.blended && frame.drawables[d].material->alpha_mode == scene::AlphaMode::kBlend) continue;
     if (!frame.drawables[d].visible || (skip_procedures && frame.drawables[d].procedure != nullptr)) continue;
     drawables.push_back(static_cast<std::uint32_t>(d));
   }
@@ -186,7 +188,8 @@ Part run_part(const scene::FrameGeometry& frame, const PyramidLibrary& pyramids,
   merge(all.instances, instances.counters);
   merge(all.previous_depth, instances.previous_depth);
   all.ledger += instances.ledger;
-  const PatchCulling patches = cull_patches(frame, drawables_to_read(frame, instances.read), pyramids, spec, guess);
+  const PatchCulling patches =
+      cull_patches(frame, drawables_to_read(frame, spec, instances.read), pyramids, spec, guess);
   count(patches, all);
   Part part{split_runs(frame, patches.read, pyramids, spec, nullptr, l2, budget, all), instances.deferred};
   append(part.deferred, patches.deferred);
@@ -219,7 +222,7 @@ std::vector<PatchRun> patches_again(const scene::FrameGeometry& frame, const std
       all.previous_depth.patches_culled -= frame.drawables[k].drawable->patch_count;
     }
   }
-  const PatchCulling left = cull_patches(frame, drawables_to_read(frame, read), pyramids, spec, &depth);
+  const PatchCulling left = cull_patches(frame, drawables_to_read(frame, spec, read), pyramids, spec, &depth);
   count(left, all);
   append(runs, left.read);
   return runs;

@@ -101,8 +101,11 @@ std::uint64_t Device::scene_color_bytes() const {
 }
 
 void Device::set_observer(ViewObserver* observer) {
-  if (observer != nullptr && settings_.shading.path != tilecore::ShadingPath::kVisibility)
-    throw UsageError("baselines shade what they see at once: to be compared with them set shading.path=visibility");
+  if (observer != nullptr && settings_.shading.has_gbuffer() &&
+      settings_.shading.layout == tilecore::GbufferLayout::kExact)
+    throw UsageError(
+        "baselines keep no visibility records, from which the exact G-buffer is lit: to be compared with them set "
+        "gbuffer.layout=packed");
   if (observer != nullptr && eliminates(gpu_))
     throw UsageError(
         "baselines render and write every tile; to be compared with them the machine needs "
@@ -315,7 +318,7 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, ViewS
   std::optional<frontend::CoarseDepth> guess;
   if (guesses && last_depth_ && last_frame_ == frame - 1)
     guess = frontend::reproject(*last_depth_, geometry->projection, geometry->views[0]);
-  ObservedWork record;
+  ObservedWork record, prepass;
   const bool observed = observer_ != nullptr && left == nullptr;
   const DisplacementMemory* const heights = settings_.output.machine_model ? &displacement_memory_ : nullptr;
   const memory::LineRange map_lines{static_cast<std::uint32_t>(texture_memory_.first_map_line()),
@@ -352,11 +355,12 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, ViewS
   run.arrays = &eye.arrays;
   run.bloom_strength = static_cast<float>(settings_.post.bloom);
   run.waits = !shadow_passes_.any_pass();
+  if (observed) run.prepass_record = &prepass;
   pipeline_.render(run, {guesses, guess ? &*guess : nullptr});
   for (const tilecore::DepthMaps* maps : shadow_passes_.stored()) recorder.stored(texture_memory_.range(*maps));
   shadow_passes_.finish(result);
   if (result.counters.transmission.pixels_kept > 0) recorder.stored(texture_memory_.range(behind_));
-  record.textures = recorder.take_textures();
+  if (record.textures.empty()) record.textures = recorder.take_textures();
   if (settings_.output.machine_model) model_view(frame, recorder, result);
   if (eliminates(gpu_)) end_elimination(eye, result);
   eye.attachments.end(frame);
@@ -370,7 +374,9 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, ViewS
     const StageTimer timer(result, "observe");
     RenderedView view{gpu_, scene_.pyramids, patch_table_, heights, job, record, result};
     if (result.model) view.rounds = std::span(result.model->record.work.rounds).subspan(map_rounds);
-    view.pass = graph_.name();
+    view.pass = graph_.name(), view.light = graph_.light_name();
+    if (settings_.shading.path == tilecore::ShadingPath::kPrepass)
+      view.prepass = &prepass, view.prepass_name = graph_.prepass_name();
     view.maps_before = map_count;
     view.map_lines = map_lines;
     observer_->view_rendered(view);

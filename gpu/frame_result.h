@@ -39,7 +39,8 @@ struct FrameResult {
   tilecore::FrameTargets targets;
   FrameCounters counters;
   std::vector<PassResult> passes{};  // of the left or only eye, in the order in which they began
-  std::size_t image_passes = 0;      // number of the last of these that draw nothing: bloom and copies, a round each
+  // Number of the last of these that draw nothing, a round each: `light` of a G-buffer in memory, temporal antialiasing, bloom, copies.
+  std::size_t image_passes = 0;
   FrameEffects effects;
   EffectReasons effect_reasons;  // why each effect ran or did not
   FrameEffectPlaces effect_places;

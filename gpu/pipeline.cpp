@@ -85,7 +85,7 @@ bool Pipeline::render_tiles(const ViewRun& run, TileScheduler& scheduler, const 
       if (!again) scheduler.empty_lists();
     }
     scheduler.render({.name = run.pass, .sub_patches = sub_patches, .binned = again});
-    if (run.job.depths == nullptr && run.job.shading.path == tilecore::ShadingPath::kGbufferExternal) scheduler.light();
+    if (run.job.stores_gbuffer()) scheduler.light();
     return true;
   }
   std::vector<bool> open(grid.tile_count(), false);
@@ -173,7 +173,7 @@ void Pipeline::render(const ViewRun& run, const PreviousDepth& previous) {
   if (previous.store) second_pass(run, scheduler, binner, front_end);
   if (job.resolve != nullptr && job.resolve->settings.reach == tilecore::StencilReach::kNeighbours)
     scheduler.render(stencil_pass(run));
-  const std::size_t drawn = result.passes.size();
+  const std::size_t drawn = result.passes.size() - (job.stores_gbuffer() ? 1 : 0);
   if (run.taa != nullptr) scheduler.render(taa_pass(run, scheduler.tiles()));
   std::vector<Image> bloom;
   if (run.bloom != nullptr)

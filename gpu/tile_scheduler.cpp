@@ -34,6 +34,13 @@ auto bytes_of(std::uint64_t pixel_bytes) {
   };
 }
 
+void add_lights(const tilecore::CoreCounters& counters, LightUse& use) {
+  use.invocations += counters.gbuffer.filled;
+  use.warps += counters.gbuffer.light_warps;
+  use.lookups += counters.gbuffer.light_lookups;
+  use.tile_bytes += counters.gbuffer.tile_bytes + counters.lights.tile_bytes;
+}
+
 }  // namespace
 
 struct TileScheduler::Round {
@@ -82,12 +89,12 @@ void TileScheduler::render_tile(Round& round, std::size_t t) {
       state.hide_behind(prepass_[t], job.grid->pixels(tile).width(), job.pattern->samples_per_pixel());
       core.count(run_.arrays->sample_depths.load(t));
     }
-    if (shared.began && !round.pass.depths_only && !stores_gbuffer()) core.load_colors(job, tile, job.actions);
+    if (shared.began && !round.pass.depths_only && !run_.job.stores_gbuffer()) core.load_colors(job, tile, job.actions);
     if (state.started) core.load_state(job, state);
-    if (run_.record != nullptr)
+    if (ObservedWork* const record = run_.record_of(round.pass.depths_only))
       for (const binner::ListEntry& entry : entries) {
-        run_.record->entries[t].push_back(entry);
-        run_.record->entries[t].back().record += records_before_;
+        record->entries[t].push_back(entry);
+        record->entries[t].back().record += records_before_;
       }
     core.render_entries(job, tile, std::move(entries), state);
     if (round.last)
@@ -97,13 +104,15 @@ void TileScheduler::render_tile(Round& round, std::size_t t) {
   }
   tilecore::TileResult result = core.take_result();
   count_tessellations(result.tessellations, counts);
-  work.end(job, result, shared.finished && !stores_gbuffer());
+  if (ObservedWork* const record = run_.record_of(round.pass.depths_only))
+    add_lights(result.counters, record->lights[t]);
+  work.end(job, result, shared.finished && !run_.job.stores_gbuffer());
   count_work(result.counters, counts);
   shared.tessellations = std::move(result.tessellations);
   shared.hidden = std::move(result.hidden);
   shared.cells = std::move(result.cells);
   shared.stored = result.stored;
-  if (shared.finished && stores_gbuffer()) light_tile(t, state);
+  if (shared.finished && run_.job.stores_gbuffer()) light_tile(t, state);
 }
 
 bool TileScheduler::finish_tile(const Round& round, std::size_t t, tilecore::TileState& state) {
@@ -113,7 +122,7 @@ bool TileScheduler::finish_tile(const Round& round, std::size_t t, tilecore::Til
   const bool finished = open.empty() || !open[t];
   if (round.pass.depths_only)
     prepass_[t] = core.prepass_depths(state);
-  else if (stores_gbuffer())
+  else if (run_.job.stores_gbuffer())
     core.fill(run_.job, tile, state);
   else if (run_.job.depths != nullptr)
     core.finish_depths(run_.job, tile, state);
@@ -233,9 +242,8 @@ void TileScheduler::share(Round& round, binner::TileIndex t) {
     round.work.move(t, round.depths, round.depth_offset, tile_depth_bytes());
     round.depth_offset += tile_depth_bytes();
   }
-  if (run_.record != nullptr)
-    run_.record->tessellations.insert(run_.record->tessellations.end(), use.tessellations.begin(),
-                                      use.tessellations.end());
+  if (ObservedWork* const record = run_.record_of(round.pass.depths_only))
+    record->tessellations.insert(record->tessellations.end(), use.tessellations.begin(), use.tessellations.end());
   // share_stores() reads the rest.
   use.records = {}, use.tessellations = {}, use.hidden = {}, use.cells = {};
 }
@@ -245,9 +253,10 @@ void TileScheduler::render(const GeometryPass& pass) {
   const binner::TileIndex tile_count = binner_.grid().tile_count();
   const bool whole = pass.only.empty() && pass.open.empty();
   if (pass.depths_only) prepass_.resize(tile_count);
-  if (stores_gbuffer()) lit_.resize(tile_count);
+  if (run_.job.stores_gbuffer()) lit_.resize(tile_count);
   binner::Binner::Cursor cursor;
-  if (run_.record != nullptr) run_.record->entries.resize(tile_count);
+  ObservedWork* const record = run_.record_of(pass.depths_only);
+  if (record != nullptr) record->entries.resize(tile_count), record->lights.resize(tile_count);
   std::vector<tilecore::TileState> unfinished;
   RoundPlace place{pass.name, std::exchange(first_pass_, false) ? run_.waits : pass.waits};
   for (bool done = false; !done;) {
@@ -295,7 +304,7 @@ void TileScheduler::render(const GeometryPass& pass) {
     busy_seconds.for_each([&](double seconds) { run_.result.stage_seconds["tile_threads"] += seconds; });
     if (pass.depths_only)
       move_depths(round.work, round.shared, true);
-    else if (stores_gbuffer())
+    else if (run_.job.stores_gbuffer())
       move_gbuffer(round.work, round.shared, true);
     else
       share_stores(round.work, round.shared, job.actions);
@@ -306,6 +315,9 @@ void TileScheduler::render(const GeometryPass& pass) {
     if (!done) empty_lists();
     place.waits = true;
   }
+  // What follows a prepass or a stored G-buffer has textures of its own.
+  if (record != nullptr && (pass.depths_only || run_.job.stores_gbuffer()))
+    record->textures = run_.recorder.take_textures();
   pass_end_(pass.name);
 }
 
@@ -388,7 +400,7 @@ void TileScheduler::store_texels(const GeometryPass& pass, std::size_t t, const 
   };
   if (pass.depths_only) return store_depths(arrays.sample_depths, true);
   const tilecore::AttachmentActions& actions = job.actions;
-  if (stores_gbuffer()) {
+  if (run_.job.stores_gbuffer()) {
     if (job.shading.layout == tilecore::GbufferLayout::kPacked) store_depths(arrays.sample_depths, true);
     core.count(
         arrays.gbuffer.store(t, [&](tilecore::TexelEncoder& encoder) { core.encode_gbuffer(job, state, encoder); }));

@@ -27,7 +27,7 @@ struct ViewRun {
   const tilecore::TileJob& job;
   WorkRecorder& recorder;
   FrameResult& result;
-  ObservedWork* record;  // nullptr if no observer is set
+  ObservedWork* record;  // of the pass that gives colours; nullptr if no observer is set
   WorkProgress* progress = nullptr;
   InputSignatures* inputs = nullptr;  // rendering elimination; nullptr: all tiles are rendered
   std::string_view pass = "main";     // name of its last pass that draws, or only one
@@ -41,6 +41,9 @@ struct ViewRun {
   StoredArrays* arrays = nullptr;  // of texels beside colours that passes store; nullptr: no pass stores any
   // Names of the other pass of a path with two: one that stores depths alone, one that lights a stored G-buffer.
   std::string_view prepass = "prepass", light = "light";
+  ObservedWork* prepass_record = nullptr;  // with `record`: of the prepass
+
+  ObservedWork* record_of(bool depths_only) const { return depths_only ? prepass_record : record; }
 };
 
 // The tiles of a view in the machine's order, which is also the order of their pieces of arrays.
@@ -119,9 +122,6 @@ class TileScheduler {
     tilecore::TileResult result;
     memory::AccessLog log;
   };
-  bool stores_gbuffer() const {
-    return run_.job.depths == nullptr && run_.job.shading.path == tilecore::ShadingPath::kGbufferExternal;
-  }
   void light_tile(std::size_t tile, tilecore::TileState& state);
   // Codes what a finished tile stores beside its colours.
   void store_texels(const GeometryPass& pass, std::size_t tile, const tilecore::TileState& state);

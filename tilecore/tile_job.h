@@ -57,11 +57,15 @@ struct TileJob {
   shaders::RadianceImage* scene_color = nullptr;  // lighting.behind's image, to be filled; nullptr: nothing transmits
   // A pass that draws depths alone, one sample a texel, stores them here and shades nothing. nullptr: colours are made.
   DepthMaps* depths = nullptr;
+  bool depths_alone = false;         // a baseline's prepass: opaque surfaces leave their depths, and nothing is shaded
   std::uint64_t maps_signature = 0;  // of all maps of lighting.shadows, if tiles may be eliminated
   int depth_layer = 0;
   bool pixel_ids = false;  // FrameTargets::ids are requested
   bool spills = false;     // samples that the tile memory has no room for go to memory and back
 
+  bool shades() const { return depths == nullptr && !depths_alone; }
+  // Whether tiles store a G-buffer, which a pass of its own lights.
+  bool stores_gbuffer() const { return shades() && shading.path == ShadingPath::kGbufferExternal; }
   std::uint64_t burst_bytes() const { return static_cast<std::uint64_t>(machine->memory.burst_bytes); }
   std::uint64_t line_bytes() const { return static_cast<std::uint64_t>(machine->line_bytes()); }
   std::size_t warp_lanes() const { return static_cast<std::size_t>(machine->shader.warp_lanes); }

@@ -5,7 +5,7 @@
 #include "gpu/settings.h"
 #include "replay/baseline_report.h"
 #include "scene/capture_reader.h"
-#include "tests/replay/compared.h"
+#include "tests/replay/observed_passes.h"
 #include "tests/support/pass_graphs.h"
 #include "tests/support/shadow_scenes.h"
 #include "tests/support/tests.h"
@@ -23,95 +23,23 @@ using memory::Unit;
 using test::attachment;
 using test::bursts;
 using test::by_way_of;
+using test::bytes_of;
 using test::drawing;
+using test::index;
+using test::kPixels;
 using test::name_of;
+using test::observe;
+using test::Observed;
 using test::over_image;
+using test::pass_named;
+using test::passes_out_of_balance;
+using test::passes_shaded_otherwise;
+using test::passes_stored_otherwise;
+using test::shading_of;
+using test::tiled;
 using test::triangle_schemes;
 using test::with_graph;
 using Keys = std::vector<std::string>;
-
-constexpr int kWidth = 100, kHeight = 70;  // no multiples of a tile
-constexpr std::uint64_t kPixels = kWidth * kHeight;
-
-struct Observed {
-  gpu::FrameResult result;
-  BaselineSet set;
-  std::vector<PassSet> passes;
-  baselines::SchemeWorks works;
-  const timing::FrameWork& work(SchemeId scheme) const { return works[static_cast<std::size_t>(scheme)]; }
-};
-
-// `frames`: number of frames that are rendered; the last one counts.
-Observed observe(const scene::Capture& capture, const Keys& keys = {}, std::size_t thread_count = 0, int frames = 1) {
-  const ThreadLimit threads(thread_count);
-  gpu::RunSettings settings;
-  gpu::GpuConfiguration gpu;
-  for (const std::string& key : keys) gpu::apply_setting(key, settings, gpu);
-  gpu::Device device(capture, gpu, settings, {kWidth, kHeight, {0, 0, kWidth, kHeight}});
-  baselines::BaselineObserver schemes;
-  device.set_observer(&schemes);
-  gpu::FrameResult result = device.render(capture.settings.first_frame);
-  for (int frame = 1; frame < frames; ++frame) result = device.render(capture.settings.first_frame + frame);
-  return {std::move(result), schemes.last(), schemes.passes(), schemes.works()};
-}
-
-std::size_t index(SchemeId scheme) { return static_cast<std::size_t>(scheme); }
-
-// Bytes that a pass of a frame's work moves.
-std::uint64_t bytes_of(const timing::FrameWork& work, std::size_t pass) {
-  std::uint64_t bytes = 0;
-  for (const timing::WorkRound& round : work.rounds) {
-    if (round.pass != pass) continue;
-    bytes += round.geometry.dram_bytes;
-    for (const timing::TileWork& tile : round.tiles)
-      for (const std::uint64_t phase : tile.dram_bytes) bytes += phase;
-  }
-  return bytes;
-}
-
-// Pairs of a scheme and a pass whose work moves other bytes than the scheme counts there.
-int passes_out_of_balance(const Observed& of) {
-  int wrong = 0;
-  for (const SchemeId s : triangle_schemes())
-    for (std::size_t pass = 0; pass < of.passes.size(); ++pass) {
-      const BaselineCounters& counters = of.passes[pass].set[s];
-      wrong += bytes_of(of.work(s), pass) != counters.dram_bytes + counters.texture_bytes ? 1 : 0;
-    }
-  return wrong;
-}
-
-// Events that schemes with tiles take over from the machine, in a pass.
-hardware::EventCounts shading_of(const timing::FrameWork& work, std::size_t pass) {
-  hardware::EventCounts sum;
-  for (const timing::WorkRound& round : work.rounds) {
-    if (round.pass != pass) continue;
-    for (const timing::TileWork& tile : round.tiles)
-      for (const Event event : {Event::kShaderInvocations, Event::kTexels, Event::kBlendedLayers, Event::kPixels,
-                                Event::kResolveOperations, Event::kAlphaTests, Event::kImageTexels, Event::kImageLanes})
-        sum[event] += tile.events[event];
-  }
-  return sum;
-}
-
-// The schemes that draw the pass in tiles.
-std::vector<SchemeId> tiled(const Observed& of, std::size_t pass) {
-  std::vector<SchemeId> out;
-  for (const SchemeId s : triangle_schemes()) {
-    const BaselineCounters& counters = of.passes[pass].set[s];
-    const bool at_once = s == SchemeId::kImmediate || (s == SchemeId::kUntiled && counters.entries == 0);
-    if (!at_once) out.push_back(s);
-  }
-  return out;
-}
-
-// Pairs of a pass and a scheme with tiles that shades otherwise than the machine.
-int passes_shaded_otherwise(const Observed& of) {
-  int wrong = 0;
-  for (std::size_t pass = 0; pass < of.passes.size(); ++pass)
-    for (const SchemeId s : tiled(of, pass))
-      wrong += shading_of(of.work(s), pass) != shading_of(of.work(SchemeId::kTessera), pass) ? 1 : 0;
-  return wrong;
-}
 
 // ---- The shipped captures ------------------------------------------------------------------------------------------
 
@@ -171,25 +99,6 @@ TEST_P(PassBaselines, OBS1PassesAddUpToTheFrame) {
   EXPECT_NE(rest[SchemeId::kImmediate].dram_bytes, of.set[SchemeId::kImmediate].dram_bytes);
 }
 
-// Attachments and maps: bytes of the machine's ledger, pass by pass. `lost`: bytes that the check leaves out.
-int passes_stored_otherwise(const Observed& of, std::uint64_t lost = 0) {
-  int wrong = 0;
-  for (std::size_t pass = 0; pass < of.passes.size(); ++pass) {
-    const memory::Ledger& ledger = of.result.passes[pass].counters.ledger;
-    std::uint64_t stored = 0, loaded = ledger.traffic(Unit::kTilecore, Purpose::kFrameBuffer).read_bytes;
-    for (const Purpose purpose : {Purpose::kFrameBuffer, Purpose::kAttachment, Purpose::kShadowMap})
-      stored += ledger.traffic(Unit::kResolve, purpose).written_bytes;
-    loaded += ledger.traffic(Unit::kTilecore, Purpose::kAttachment).read_bytes;
-    for (const SchemeId s : tiled(of, pass)) {
-      if (std::find(test::kMeshShaders.begin(), test::kMeshShaders.end(), s) != test::kMeshShaders.end())
-        continue;  // they also move a pyramid of depths
-      const BaselineCounters& counters = of.passes[pass].set[s];
-      wrong += counters.frame_bytes_written != stored - lost || counters.frame_bytes_read != loaded ? 1 : 0;
-    }
-  }
-  return wrong;
-}
-
 TEST_P(PassBaselines, OBS2TilersLoadAndStoreAsMuchAsTheMachine) {
   const Observed of = observe(capture, kSmall);
   EXPECT_EQ(passes_stored_otherwise(of), 0);
@@ -203,7 +112,7 @@ TEST_P(PassBaselines, ChangeNeitherImageNorCountersAndDoNotDependOnThreads) {
   gpu::RunSettings settings;
   gpu::GpuConfiguration gpu;
   for (const std::string& key : kSmall) gpu::apply_setting(key, settings, gpu);
-  gpu::Device alone(capture, gpu, settings, {kWidth, kHeight, {0, 0, kWidth, kHeight}});
+  gpu::Device alone(capture, gpu, settings, test::kObservedFrame);
   const gpu::FrameResult result = alone.render(capture.settings.first_frame);
   EXPECT_EQ(result.targets.color.values, one.result.targets.color.values);
   EXPECT_EQ(result.model->timing.cycles, one.result.model->timing.cycles);
@@ -255,12 +164,6 @@ scene::Capture floor_scene(std::optional<PassGraph> graph, bool casts = false, b
     scene::made::add_light(capture, sun, DVec3(0, 8, 0), DVec3(0, -1, 0), {.size = 128});
   }
   return with_graph(std::move(capture), std::move(graph));
-}
-
-const PassSet& pass_named(const Observed& of, std::string_view name) {
-  const auto found = std::ranges::find(of.passes, name, &PassSet::name);
-  EXPECT_NE(found, of.passes.end()) << name;
-  return *found;
 }
 
 // Known answer 1 on every machine: W x H x bytes of a pixel, stored once and read once.
@@ -487,7 +390,7 @@ TEST(PassBaselineRefusals, AreOneLineEach) {
   loads.load = {{"frame", LoadAction::kLoad}};
   const std::vector<std::pair<std::string, std::string>> refusals = {
       {refusal_of(glass), "transmit"},
-      {refusal_of(floor_scene({}), {"shading.path=gbuffer_external"}), "shading.path=visibility"},
+      {refusal_of(floor_scene({}), {"shading.path=gbuffer_external"}), "gbuffer.layout=packed"},
       {refusal_of(floor_scene({}), {"tile.rendering_elimination=true"}), "tile.rendering_elimination=false"},
       {refusal_of(floor_scene(PassGraph{{}, {loads}}), {"frame_buffer.compression=lossless"}),
        "frame_buffer.compression=none"}};

@@ -162,7 +162,7 @@ void DeferredShader::fill_warps(const TileJob& job, const IntRect& pixels) {
   const bool lists = has_light_lists(*job.frame, job.shading.light_lists);
   const Vec3 axis = lists ? axis_through(*job.frame, pixels) : Vec3(0.0f);
   pixel_shader_.fill(*job.frame, job.lighting, invocations_, std::span(points_).subspan(kept_), &textures_,
-                     job.warp_lanes(), lists ? &axis : nullptr, halves_of(job));
+                     job.warp_lanes(), lists ? &axis : nullptr, halves_of(job.shading));
   count_warps();
   const std::span<const std::uint8_t> filled = pixel_shader_.filled();
   const auto fills = [&](std::uint32_t point) { return point != kNone && filled[point - kept_] != 0; };
@@ -177,8 +177,9 @@ void DeferredShader::fill_warps(const TileJob& job, const IntRect& pixels) {
 
 void DeferredShader::light_warps(const TileJob& job) {
   pixel_shader_.light(*job.frame, job.lighting, invocations_, std::span(points_).subspan(kept_), &textures_,
-                      job.warp_lanes(), halves_of(job));
+                      job.warp_lanes(), halves_of(job.shading));
   gbuffer_.light_warps += pixel_shader_.take_light_warps();
+  gbuffer_.light_lookups += pixel_shader_.take_light_lookups();
   count_warps();
 }
 

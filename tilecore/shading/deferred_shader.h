@@ -165,10 +165,6 @@ class DeferredShader {
   void fill_warps(const TileJob& job, const IntRect& pixels);
   void light_warps(const TileJob& job);
   void count_warps();
-  static PixelShader::Halves halves_of(const TileJob& job) {
-    return {job.shading.layout, job.shading.path == ShadingPath::kGbufferExternal, job.shading.further_words(),
-            job.shading.keeps_emission()};
-  }
   void color_samples(const TileJob& job, const TileSamples& samples);
   void blend_layers(const TileJob& job, const TileState& state);
   // Finds the invocations that the layers of a pixel share, in shared_layers_ and shared_of_.

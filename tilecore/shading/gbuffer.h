@@ -53,6 +53,7 @@ struct GbufferCounters {
   std::uint64_t filled = 0;
   std::uint64_t samples = 0;
   std::uint64_t light_warps = 0;
+  std::uint64_t light_lookups = 0;
   std::uint64_t tile_bytes = 0;
   std::uint64_t stored_bytes = 0, loaded_bytes = 0;
   std::uint64_t depth_bytes = 0;
@@ -76,6 +77,8 @@ inline constexpr auto kCounterFields<tilecore::GbufferCounters> =
          "Samples whose part of the G-buffer these invocations wrote.", ""},
         {"gbuffer.light_warps", &tilecore::GbufferCounters::light_warps, Combine::kSum, "warps",
          "Warps of the light half, beside tilecore.warps.", ""},
+        {"gbuffer.light_lookups", &tilecore::GbufferCounters::light_lookups, Combine::kSum, "lookups",
+         "Bilinear lookups of the light half, in the environment and in shadow maps, among texture.texels.", ""},
         {"gbuffer.tile_bytes", &tilecore::GbufferCounters::tile_bytes, Combine::kSum, "bytes",
          "Bytes of the G-buffer that shaders wrote into the tile memory, for each sample, and read there, for each "
          "invocation.",

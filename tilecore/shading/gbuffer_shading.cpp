@@ -53,13 +53,14 @@ bool fills_gbuffer(const scene::PosedDrawable& drawable, const PixelShader::Halv
 }
 
 timing::WarpItem fill_warp_item(const FrameGeometry& frame, const scene::PosedDrawable& drawable, bool quads,
-                                GbufferLayout layout) {
-  const bool evaluates = has_grid(drawable) && !interpolates_surface(frame, drawable);
+                                const PixelShader::Halves& halves, bool evaluates) {
+  evaluates = evaluates && has_grid(drawable) && !interpolates_surface(frame, drawable);
   hardware::ShaderFeatures features = pixel_features(frame, drawable, quads, evaluates);
   features.stage = hardware::ShaderFeatures::Stage::kFill;
-  features.packed = layout == GbufferLayout::kPacked;
+  features.packed = halves.layout == GbufferLayout::kPacked;
   timing::WarpItem item = item_of(frame, drawable, features);
   item.kind = evaluates ? timing::WarpItem::kEvaluating : timing::WarpItem::kPixels;
+  add_words(halves, item);
   return item;
 }
 
@@ -101,9 +102,7 @@ void PixelShader::fill_draw_of(const FrameGeometry& shutter, const Lighting& lig
                                std::size_t warp_lanes, const Halves& halves) {
   const std::span<std::uint32_t> order = of.order;
   const std::uint32_t heights = count_surface(of, textures != nullptr);
-  timing::WarpItem item =
-      keep_warps_ ? fill_warp_item(of.frame, of.drawable, of.quads, halves.layout) : timing::WarpItem();
-  add_words(halves, item);
+  timing::WarpItem item = keep_warps_ ? fill_warp_item(of.frame, of.drawable, of.quads, halves) : timing::WarpItem();
   item.texels = heights;  // of a lane
   if (of.interpolates && !listed_) take_vertices(invocations, of, textures != nullptr, warp_lanes);
   DrawConstants draw =
@@ -138,8 +137,10 @@ void PixelShader::light(const FrameGeometry& shutter, const Lighting& lighting, 
   for_each_draw(shutter, invocations, warp_lanes, [&](const Draw& draw) {
     if (fills_gbuffer(draw.drawable, halves)) add_to_stream(draw, halves, streams);
   });
+  const std::uint64_t looked_up = textures != nullptr ? textures->counters().texels : 0;
   for (const Stream& stream : streams)
     light_stream(shutter, lighting, invocations, stream, points, textures, warp_lanes, halves);
+  if (textures != nullptr) light_lookups_ += textures->counters().texels - looked_up;
   for_each_draw(shutter, invocations, warp_lanes, [&](const Draw& draw) {
     if (is_blended(draw.drawable)) shade_draw_of(shutter, lighting, invocations, draw, points, textures, warp_lanes);
   });

@@ -111,6 +111,8 @@ class PixelShader {
   std::size_t listed_lights() const { return listed_ ? light_list_.numbers().size() : 0; }
   // Warps of light halves since the last call; take_warps() does not include them.
   std::uint64_t take_light_warps() { return std::exchange(light_warps_, 0); }
+  // Their lookups since the last call, with a texture unit.
+  std::uint64_t take_light_lookups() { return std::exchange(light_lookups_, 0); }
 
   // Packs `count` samples of the environment into warps, which are copies of `item`, and sends their lookups in the
   // slot kMirrored, if any, to `textures`; returns the number of warps.
@@ -271,7 +273,7 @@ class PixelShader {
   // Results of the last fill(): values of GbufferPlanes by plane and invocation, and a batch of them by plane and lane.
   std::vector<float> planes_, batch_planes_;
   std::vector<std::uint8_t> filled_;
-  std::uint64_t warps_ = 0, light_warps_ = 0;
+  std::uint64_t warps_ = 0, light_warps_ = 0, light_lookups_ = 0;
   SurfaceWork surface_work_;
   bool keep_warps_ = false;
   std::vector<timing::WarpItem> warp_items_;
@@ -288,12 +290,18 @@ timing::WarpItem warp_item(const scene::FrameGeometry& frame, const scene::Posed
                            const Lighting& lighting, bool quads, bool evaluates = true,
                            const std::span<const std::uint32_t>* listed = nullptr);
 
-// The same for the halves of a shader with a G-buffer. `evaluates`: the light half finds a place on a patch by evaluating it.
+// The same for the halves of a shader with a G-buffer, whose sample has words as `halves` say. `evaluates`: as above; the light half
+// finds a place on a patch by evaluating it.
 timing::WarpItem fill_warp_item(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable, bool quads,
-                                GbufferLayout layout);
+                                const PixelShader::Halves& halves, bool evaluates = true);
 timing::WarpItem light_warp_item(const scene::FrameGeometry& frame, const scene::PosedDrawable& drawable,
                                  const Lighting& lighting, GbufferLayout layout, bool evaluates,
                                  const std::span<const std::uint32_t>* listed);
+
+inline PixelShader::Halves halves_of(const ShadingSettings& settings) {
+  return {settings.layout, settings.path == ShadingPath::kGbufferExternal, settings.further_words(),
+          settings.keeps_emission()};
+}
 
 // Whether invocations on a drawable fill the G-buffer: all others have one shader.
 bool fills_gbuffer(const scene::PosedDrawable& drawable, const PixelShader::Halves& halves);

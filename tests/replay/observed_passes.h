@@ -1,0 +1,138 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "baselines/baseline_set.h"
+#include "gpu/device.h"
+#include "gpu/settings.h"
+#include "tests/replay/compared.h"
+
+// Frames of several passes beside the schemes, pass by pass.
+namespace tessera::test {
+
+using baselines::BaselineCounters;
+using baselines::BaselineSet;
+using baselines::PassSet;
+using hardware::Event;
+using memory::Purpose;
+using memory::Unit;
+
+// No multiples of a tile.
+inline const gpu::RenderRequest kObservedFrame{100, 70, {0, 0, 100, 70}};
+inline constexpr std::uint64_t kPixels = 100 * 70;
+
+struct Observed {
+  gpu::FrameResult result;
+  BaselineSet set;
+  std::vector<PassSet> passes;
+  baselines::SchemeWorks works;
+  const timing::FrameWork& work(SchemeId scheme) const { return works[static_cast<std::size_t>(scheme)]; }
+};
+
+// `frames`: number of frames that are rendered; the last one counts.
+inline Observed observe(const scene::Capture& capture, const std::vector<std::string>& keys = {},
+                        std::size_t thread_count = 0, int frames = 1) {
+  const ThreadLimit threads(thread_count);
+  gpu::RunSettings settings;
+  gpu::GpuConfiguration gpu;
+  for (const std::string& key : keys) gpu::apply_setting(key, settings, gpu);
+  gpu::Device device(capture, gpu, settings, kObservedFrame);
+  baselines::BaselineObserver schemes;
+  device.set_observer(&schemes);
+  gpu::FrameResult result = device.render(capture.settings.first_frame);
+  for (int frame = 1; frame < frames; ++frame) result = device.render(capture.settings.first_frame + frame);
+  return {std::move(result), schemes.last(), schemes.passes(), schemes.works()};
+}
+
+inline std::size_t index(SchemeId scheme) { return static_cast<std::size_t>(scheme); }
+
+// Bytes that a pass of a frame's work moves.
+inline std::uint64_t bytes_of(const timing::FrameWork& work, std::size_t pass) {
+  std::uint64_t bytes = 0;
+  for (const timing::WorkRound& round : work.rounds) {
+    if (round.pass != pass) continue;
+    bytes += round.geometry.dram_bytes;
+    for (const timing::TileWork& tile : round.tiles)
+      for (const std::uint64_t phase : tile.dram_bytes) bytes += phase;
+  }
+  return bytes;
+}
+
+// Pairs of a scheme and a pass whose work moves other bytes than the scheme counts there.
+inline int passes_out_of_balance(const Observed& of) {
+  int wrong = 0;
+  for (const SchemeId s : triangle_schemes())
+    for (std::size_t pass = 0; pass < of.passes.size(); ++pass) {
+      const BaselineCounters& counters = of.passes[pass].set[s];
+      wrong += bytes_of(of.work(s), pass) != counters.dram_bytes + counters.texture_bytes ? 1 : 0;
+    }
+  return wrong;
+}
+
+// Events that schemes with tiles take over from the machine, in a pass.
+inline hardware::EventCounts shading_of(const timing::FrameWork& work, std::size_t pass) {
+  hardware::EventCounts sum;
+  for (const timing::WorkRound& round : work.rounds) {
+    if (round.pass != pass) continue;
+    for (const timing::TileWork& tile : round.tiles)
+      for (const Event event : {Event::kShaderInvocations, Event::kTexels, Event::kBlendedLayers, Event::kPixels,
+                                Event::kResolveOperations, Event::kAlphaTests, Event::kImageTexels, Event::kImageLanes})
+        sum[event] += tile.events[event];
+  }
+  return sum;
+}
+
+// The schemes that draw the pass in tiles.
+inline std::vector<SchemeId> tiled(const Observed& of, std::size_t pass) {
+  std::vector<SchemeId> out;
+  for (const SchemeId s : triangle_schemes()) {
+    const BaselineCounters& counters = of.passes[pass].set[s];
+    const bool at_once = s == SchemeId::kImmediate || (s == SchemeId::kUntiled && counters.entries == 0);
+    if (!at_once) out.push_back(s);
+  }
+  return out;
+}
+
+// Pairs of a pass and a scheme with tiles that shades otherwise than the machine.
+inline int passes_shaded_otherwise(const Observed& of) {
+  int wrong = 0;
+  for (std::size_t pass = 0; pass < of.passes.size(); ++pass)
+    for (const SchemeId s : tiled(of, pass))
+      wrong += shading_of(of.work(s), pass) != shading_of(of.work(SchemeId::kTessera), pass) ? 1 : 0;
+  return wrong;
+}
+
+// Attachments and maps, and what waits for the light of a stored G-buffer: bytes of the machine's ledger, pass by pass. `lost`: bytes
+// that the check leaves out.
+inline int passes_stored_otherwise(const Observed& of, std::uint64_t lost = 0) {
+  int wrong = 0;
+  for (std::size_t pass = 0; pass < of.passes.size(); ++pass) {
+    const memory::Ledger& ledger = of.result.passes[pass].counters.ledger;
+    const bool image = pass + of.result.image_passes >= of.passes.size();
+    std::uint64_t stored = ledger.traffic(Unit::kTilecore, Purpose::kTileState).written_bytes, loaded = 0;
+    for (const Purpose purpose : {Purpose::kFrameBuffer, Purpose::kAttachment, Purpose::kShadowMap})
+      stored += ledger.traffic(Unit::kResolve, purpose).written_bytes;
+    for (const Purpose purpose : {Purpose::kFrameBuffer, Purpose::kAttachment, Purpose::kTileState})
+      loaded += ledger.traffic(Unit::kTilecore, purpose).read_bytes;
+    if (image) loaded += ledger.traffic(Unit::kTilecore, Purpose::kAttributes).read_bytes;  // records of lights
+    for (const SchemeId s : tiled(of, pass)) {
+      if (std::find(kMeshShaders.begin(), kMeshShaders.end(), s) != kMeshShaders.end())
+        continue;  // they also move a pyramid of depths
+      const BaselineCounters& counters = of.passes[pass].set[s];
+      wrong += counters.frame_bytes_written != stored - lost || counters.frame_bytes_read != loaded ? 1 : 0;
+    }
+  }
+  return wrong;
+}
+
+inline const PassSet& pass_named(const Observed& of, std::string_view name) {
+  const auto found = std::ranges::find(of.passes, name, &PassSet::name);
+  EXPECT_NE(found, of.passes.end()) << name;
+  return *found;
+}
+
+}  // namespace tessera::test
