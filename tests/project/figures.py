@@ -296,6 +296,15 @@ class Pages(unittest.TestCase):
             self.assertIn(f"\n| `{scheme}` | {of[0]['kind']} | {' | '.join(cells)} |\n", text, "run docs/measurements/pass_baselines.py --table")
         self.assertEqual(len(rows), 3 * len({row["scheme"] for row in rows}))
 
+    def test_passes_shows_shading_paths_of_all_machines(self):
+        text, rows = page("docs/passes.md"), rows_of(ROOT / "docs/measurements/path_baselines.csv")
+        shown = [(row["scheme"], row["path"]) for row in rows if row["kind"] != "idealised" and row["scheme"] != "patch-whole"]
+        for scheme, path in dict.fromkeys(shown):
+            cells = [cell for row in rows if (row["scheme"], row["path"]) == (scheme, path)
+                     for cell in (f"{int(row['bytes']) / 1e6:.1f}", row["ms"], row["mj"])]
+            self.assertIn(f"\n| `{scheme}` | `{path}` | {' | '.join(cells)} |\n", text, "run docs/measurements/pass_baselines.py --paths --table")
+        self.assertEqual(len(rows), 3 * 4 * len({row["scheme"] for row in rows}))
+
 
 class Replays(unittest.TestCase):
     def test_baselines_of_frames_of_several_passes(self):
@@ -307,6 +316,16 @@ class Replays(unittest.TestCase):
             self.assertEqual(sum(int(row[part]) for part in ("map_bytes", "view_bytes", "image_bytes")),
                              of["baseline.dram_bytes"] + of["baseline.texture_bytes"], row["scheme"])
             self.assertEqual((int(row["list_bytes"]), int(row["cycles"])), (of["baseline.queue_bytes_peak"], of["baseline.cycles"]), row["scheme"])
+
+    def test_baselines_along_a_gbuffer(self):
+        frame = statistics(capture("corridor"), "--frames", "0:1", "--size", "320x180", "--baselines", "--set", "shading.path=gbuffer",
+                           "--set", "gbuffer.layout=packed")["frames"][0]
+        for row in rows_of(ROOT / "docs/measurements/path_baselines.csv"):
+            if (row["capture"], row["path"]) != ("corridor", "gbuffer"):
+                continue
+            of = frame["baselines"][row["scheme"]]
+            self.assertEqual((int(row["bytes"]), int(row["cycles"])),
+                             (of["baseline.dram_bytes"] + of["baseline.texture_bytes"], of["baseline.cycles"]), row["scheme"])
 
     def test_hard_cases(self):
         with tempfile.TemporaryDirectory() as out:
