@@ -33,7 +33,7 @@ class CompressedColorMemory {
 
   // `colors`: TileDrawing::colors.
   void draw(const LineTouch& touch, std::span<const ColorWrite> writes, std::span<const std::uint32_t> colors);
-  // Writes back the cache; `resolve` reads the colour, or what is lit, first.
+  // Writes back the cache; `resolve` first reads the colour, or the G-buffer with its depths and layers.
   void finish(bool resolve);
 
   std::uint64_t bytes_read() const { return bytes_read_; }

@@ -260,7 +260,7 @@ class Drawing {
     add_touches(blends);
   }
 
-  // Of surfaces that reach a known depth the first is seen.
+  // A sample with a known depth sees the first surface that reaches it.
   void see(const Hit& hit, std::uint64_t name) {
     if (!known_) blocks_.set(hit.sample, hit.z);
     if (!known_ || seen_[hit.sample] == kNoTriangle) seen_[hit.sample] = name;

@@ -46,12 +46,13 @@ struct LineData {
   std::uint64_t color_bursts = 1;  // of colours, or of a G-buffer; 0: a pass of depths alone
   // Known words of a sample of the G-buffer; further words are raw. 0: draws give colours at once.
   std::size_t gbuffer_words = 0;
-  std::uint64_t layer_bursts =
-      0;  // with a G-buffer: of blended layers, which wait in a surface of their own for their light
+  // With a G-buffer: of blended layers, which wait for its light in a surface of their own.
+  std::uint64_t layer_bursts = 0;
 
   std::size_t words() const { return gbuffer_words > 0 ? gbuffer_words : 1; }  // that a draw gives a sample
 };
 
+// The data of a job's pass, by its surfaces (surfaces.h).
 LineData line_data(const tilecore::TileJob& job);
 
 // The memory of an immediate-mode machine behind a colour and depth cache (LRU, lines of one burst). Depth is read
@@ -89,7 +90,7 @@ class ImmediateMemory {
     (layer ? layered_ : drawn_)[line] = true;
   }
 
-  // Writes back the cache; `resolve` reads the colour, or what is lit, first.
+  // Writes back the cache; `resolve` first reads the colour, or the G-buffer with its depths and layers.
   void finish(bool resolve);
 
   std::uint64_t bytes_read() const { return bytes_read_; }

@@ -315,7 +315,7 @@ void TileScheduler::render(const GeometryPass& pass) {
     if (!done) empty_lists();
     place.waits = true;
   }
-  // What follows a prepass or a stored G-buffer has textures of its own.
+  // The pass behind a prepass, and the light pass of a stored G-buffer, count their lookups apart.
   if (record != nullptr && (pass.depths_only || run_.job.stores_gbuffer()))
     record->textures = run_.recorder.take_textures();
   pass_end_(pass.name);

@@ -1,4 +1,4 @@
-// Shading paths (gpu/shading_paths.cpp, tilecore/shading/shading_settings.cpp): whichever way surfaces come to be shaded, images
+// Shading paths (gpu/shading_paths.cpp; tilecore/shading/: shading_settings.cpp, deferred_shader.cpp, gbuffer_shading.cpp): whichever way surfaces come to be shaded, images
 // keep their bits; what each path keeps, moves and shades is charged.
 #include <cmath>
 #include <cstring>

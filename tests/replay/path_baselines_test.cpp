@@ -48,6 +48,8 @@ const std::vector<Setting> kSettings = {
     {"wide", {"gbuffer.bits=224"}},
     {"no_emission", {"gbuffer.bits=96"}},
     {"phases", {"machine.timing=phases"}},
+    {"shadows", {"effects.shadows=all", "shadows.size=32"}},
+    {"shadows_in_phases", {"effects.shadows=all", "shadows.size=32", "machine.timing=phases"}},
     {"small_buffer", {"parameter_buffer.bytes=2048"}},
 };
 
@@ -144,7 +146,7 @@ std::uint64_t frame_bytes() {
   return bytes;
 }
 
-// A cache that holds all writes each line once: depths, the G-buffer, the frame; what is lit is on chip.
+// An unlimited cache writes each line of depths, G-buffer and frame once, and the light half reads them on chip.
 TEST(PathBytes, AnImmediateMachineStoresTheGbufferOnceAndReadsItToLight) {
   for (const auto& [bits, bytes] : {std::pair{"gbuffer.bits=128", std::uint64_t{16}}, {"gbuffer.bits=256", 32}}) {
     const auto of = [&](const std::string& path, const char* cache) {
@@ -240,6 +242,23 @@ TEST(PathShading, LightHalvesRunOnceOnEveryMachine) {
   };
   EXPECT_EQ(on_chip(of), of.result.counters.gbuffer.tile_bytes);
   EXPECT_EQ(on_chip(observe(stack(), plain("visibility", {}))), 0u);
+}
+
+// Light halves look up shadow maps: on chip as many as in the light pass of a stored G-buffer, and immediate machines with them.
+TEST(PathShading, LightHalvesLookUpShadowMaps) {
+  test::Room room;
+  for (scene::Material& material : room.capture.materials) material.alpha_mode = scene::AlphaMode::kOpaque;
+  const Keys keys = {"effects.shadows=all", "shadows.size=32"};
+  const Observed chip = observe(room.capture, along("gbuffer", keys)),
+                 stored = observe(room.capture, along("gbuffer_external", keys));
+  const auto light = std::ranges::find(stored.result.passes, "light", &gpu::PassResult::name);
+  ASSERT_NE(light, stored.result.passes.end());
+  EXPECT_GT(chip.result.counters.gbuffer.light_lookups, 0u);
+  EXPECT_EQ(chip.result.counters.gbuffer.light_lookups, light->counters.texture.texels);
+  std::uint64_t looked_up = 0;
+  const timing::FrameWork& work = chip.work(SchemeId::kImmediate);
+  for (const timing::TileWork& tile : work.rounds.back().tiles) looked_up += tile.events[Event::kTexels];
+  EXPECT_EQ(looked_up, light->counters.texture.texels);
 }
 
 TEST(PathBaselineRefusals, TheExactGbufferIsRefused) {
