@@ -94,13 +94,15 @@ class SchemeWork::TileShares {
   // The rest, which light halves look up.
   const DrawnShare& light() const { return light_; }
 
-  // Divides the lookups of a share, `texels` and `lines`, among the lanes of its warps.
-  void look_up(Parts& texels, Parts& lines, timing::WarpItem warp, TileItems& items) {
-    warp.texels = static_cast<std::uint32_t>(texels.next(warp.lanes));
-    warp.texel_lines = static_cast<std::uint32_t>(lines.next(warp.lanes));
-    for (std::uint32_t k = 0; k < warp.texel_lines; ++k)
+  // Adds `lanes` that shade to the last warp, with their part of the lookups of a share, `texels` and `lines`.
+  void add_lanes(std::uint64_t lanes, Parts& texels, Parts& lines, TileItems& items) {
+    timing::WarpItem& warp = items.warps.back();
+    const auto looked_up = static_cast<std::uint32_t>(lines.next(lanes));
+    warp.lanes += static_cast<std::uint32_t>(lanes);
+    warp.texels += static_cast<std::uint32_t>(texels.next(lanes));
+    warp.texel_lines += looked_up;
+    for (std::uint32_t k = 0; k < looked_up; ++k)
       items.texel_lines.push_back(own_->texel_lines[next_texel_line_++ % own_->texel_lines.size()]);
-    items.warps.push_back(warp);
   }
   std::uint32_t next_alpha_line() { return own_->alpha_lines[next_alpha_line_++ % own_->alpha_lines.size()]; }
 
@@ -433,17 +435,23 @@ void SchemeWork::add_lookups(const DrawnShare& share, TileWork& work) {
   work.dram_bytes[kShading] += share.shading_bytes;
 }
 
-// Adds the warps that shade drawn pixels, with their share of the machine's lookups in that tile.
-void SchemeWork::add_warps(const DrawnInTile& drawn, const DrawnShare& share, TileShares& tile, Draw out) const {
+// Adds the warps that shade drawn pixels, with their share of the machine's lookups in that tile. Pixels of a drawable
+// that follow each other in a batch share a warp.
+void SchemeWork::add_warps(const DrawnInTile& drawn, const DrawnShare& share, TileShares& tile, Draw out,
+                           OpenWarp& open) const {
   const auto lanes = static_cast<std::uint64_t>(gpu_.shader.warp_lanes);
-  const std::uint64_t warps = (drawn.invocations + lanes - 1) / lanes;
-  out.work.events[Event::kShaderLanes] += warps * lanes;
-  if (!has_items_) return;
+  const timing::WarpItem& shader = shaders_of(drawn.patch).pixel;
+  if (open.drawable != shader.drawable) open = {.drawable = shader.drawable};
   Parts texels(share.texels, drawn.invocations), lines(share.texel_lines, drawn.invocations);
-  for (std::uint64_t w = 0; w < warps; ++w) {
-    timing::WarpItem warp = shaders_of(drawn.patch).pixel;
-    warp.lanes = static_cast<std::uint32_t>(std::min(lanes, drawn.invocations - w * lanes));
-    tile.look_up(texels, lines, warp, out.items);
+  for (std::uint64_t left = drawn.invocations; left > 0;) {
+    if (open.free_lanes == 0) {
+      open.free_lanes = lanes;
+      out.work.events[Event::kShaderLanes] += lanes;
+      if (has_items_) out.items.warps.push_back(shader);
+    }
+    const std::uint64_t taken = std::min(left, open.free_lanes);
+    if (has_items_) tile.add_lanes(taken, texels, lines, out.items);
+    left -= taken, open.free_lanes -= taken;
   }
 }
 
@@ -457,7 +465,11 @@ void SchemeWork::add_background(const OwnTile& own, TileShares& tile, Draw out) 
   if (!has_items_) return;
   Parts texels(share.texels, samples), lines(share.texel_lines, samples);
   for (const timing::WarpItem& warp : own.warps)
-    if (warp.kind == timing::WarpItem::kBackground) tile.look_up(texels, lines, warp, out.items);
+    if (warp.kind == timing::WarpItem::kBackground) {
+      timing::WarpItem& added = out.items.warps.emplace_back(warp);
+      added.lanes = added.texels = added.texel_lines = 0;
+      tile.add_lanes(warp.lanes, texels, lines, out.items);
+    }
 }
 
 void SchemeWork::add_lights(const OwnTile& own, TileShares& tile, Draw out) const {
@@ -485,6 +497,7 @@ void SchemeWork::add_batches(std::uint64_t patch_bytes, std::span<const Immediat
   Parts records(patch_bytes, vertices);
   TileWork work;
   TileItems items;
+  OpenWarp open;
   std::vector<std::uint32_t> alpha_lines;
   std::uint64_t set_up = 0, tested = 0, read = 0, written = 0;
   const auto end_batch = [&] {
@@ -494,7 +507,7 @@ void SchemeWork::add_batches(std::uint64_t patch_bytes, std::span<const Immediat
     items.texel_lines.insert(items.texel_lines.begin(), alpha_lines.begin(), alpha_lines.end());
     alpha_lines.clear();
     if (has_items_) round.items.push_back(std::move(items));
-    items = {};
+    items = {}, open = {};
     set_up = tested = 0;
   };
   std::size_t next = 0;
@@ -511,7 +524,7 @@ void SchemeWork::add_batches(std::uint64_t patch_bytes, std::span<const Immediat
     work.events[Event::kShaderInvocations] += drawn.invocations;
     work.events[Event::kBlendedLayers] += drawn.blended;
     add_lookups(share, work);
-    add_warps(drawn, share, tile, {work, items});
+    add_warps(drawn, share, tile, {work, items}, open);
     tested += item[Event::kTriangleTests];
     items.list_bytes += moved.bytes_read - read;
     items.written_bytes += moved.bytes_written - written;

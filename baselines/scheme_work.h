@@ -72,6 +72,7 @@ struct FrontWork {
 //
 // Immediate machines run the front end, then batches of drawn patches in sequence (a patch in a tile, joined up to a
 // tile of samples), each on one core. Vertices and set-up of a patch come with its first tile, then the steps above.
+// Pixels of a drawable's consecutive patches in a batch share warps.
 // Colour and depth move as the cache misses. All drawn pixels are shaded, with as many lookups per invocation as the
 // machine makes in that tile. Then the resolve follows, tile by tile, or the light halves over a G-buffer that is read again.
 //
@@ -128,6 +129,12 @@ class SchemeWork {
     timing::TileItems& items;
   };
 
+  // The last warp of a batch of the immediate machine: the next pixels of its drawable take the free lanes.
+  struct OpenWarp {
+    std::uint32_t drawable = 0;  // + 1; 0: no warp yet
+    std::uint64_t free_lanes = 0;
+  };
+
   void take_shaders();
   void add_own_items(const timing::TileItems& items, OwnTile& own) const;
   const Shaders& shaders_of(std::uint32_t patch) const { return shaders_[job_.frame->assembly->patch_drawable[patch]]; }
@@ -145,7 +152,7 @@ class SchemeWork {
   void add_batches(std::uint64_t patch_bytes, std::span<const ImmediateTraffic> traffic,
                    std::vector<TileShares>& shares, timing::WorkRound& round) const;
   static void add_lookups(const DrawnShare& share, timing::TileWork& work);
-  void add_warps(const DrawnInTile& drawn, const DrawnShare& share, TileShares& tile, Draw out) const;
+  void add_warps(const DrawnInTile& drawn, const DrawnShare& share, TileShares& tile, Draw out, OpenWarp& open) const;
   // Adds the light halves of a tile, with the machine's warps and light lists.
   void add_lights(const OwnTile& own, TileShares& tile, Draw out) const;
   // Adds samples of a tile that see the environment, where no patch was drawn.

@@ -16,8 +16,9 @@ gpu::GpuConfiguration endless() {
   return gpu;
 }
 
-// Triangles of a few pixels side by side, which share no vertex, in a frame of one tile; with a texture of one line.
-scene::Capture triangles(std::uint32_t count, bool textured = false) {
+// Triangles of a few pixels side by side, which share no vertex, in a frame of one tile; with a texture of one line; in
+// as many `draws` of the same number of triangles.
+scene::Capture triangles(std::uint32_t count, bool textured = false, std::uint32_t draws = 1) {
   scene::Capture capture;
   scene::Material material;
   material.unlit = true;
@@ -27,19 +28,22 @@ scene::Capture triangles(std::uint32_t count, bool textured = false) {
     material.base_color_texture.texture =
         std::make_shared<shaders::Texture>(DecodedImage{std::move(texel)}, shaders::ColorSpace::kLinear);
   }
-  std::vector<Vec3> corners;
-  std::vector<std::uint32_t> indices;
-  for (std::uint32_t t = 0; t < count; ++t) {
-    const float x = count == 1 ? 0 : static_cast<float>(t % 12) * 0.14f - 0.77f,
-                y = count == 1 ? 0 : static_cast<float>(t / 12) * 0.2f - 0.7f;
-    for (const Vec2& corner : {Vec2(-0.06f, -0.09f), Vec2(0.06f, -0.09f), Vec2(0, 0.09f)}) {
-      indices.push_back(static_cast<std::uint32_t>(corners.size()));
-      corners.emplace_back(x + corner.x, y + corner.y, 0.0f);
+  const std::uint32_t shared = test::add_material(capture, material);
+  for (std::uint32_t draw = 0; draw < draws; ++draw) {
+    std::vector<Vec3> corners;
+    std::vector<std::uint32_t> indices;
+    for (std::uint32_t t = draw * count / draws; t < (draw + 1) * count / draws; ++t) {
+      const float x = count == 1 ? 0 : static_cast<float>(t % 12) * 0.14f - 0.77f,
+                  y = count == 1 ? 0 : static_cast<float>(t / 12) * 0.2f - 0.7f;
+      for (const Vec2& corner : {Vec2(-0.06f, -0.09f), Vec2(0.06f, -0.09f), Vec2(0, 0.09f)}) {
+        indices.push_back(static_cast<std::uint32_t>(corners.size()));
+        corners.emplace_back(x + corner.x, y + corner.y, 0.0f);
+      }
     }
+    scene::Primitive mesh = test::triangles(corners, indices, shared);
+    mesh.vertices.texcoords = {std::vector<Vec2>(corners.size(), Vec2(0.5f))};
+    test::add_node(capture, std::move(mesh));
   }
-  scene::Primitive mesh = test::triangles(corners, indices, test::add_material(capture, material));
-  mesh.vertices.texcoords = {std::vector<Vec2>(corners.size(), Vec2(0.5f))};
-  test::add_node(capture, std::move(mesh));
   test::add_camera(capture, {0, 0, 2});
   return capture;
 }
@@ -114,7 +118,7 @@ TEST(SchemeWork, ListsAreBinnedAndFetchedEntryByEntry) {
             (ByScheme{40, 40, 40, 40, 40, kNone, kNone, kNone, 40, kNone, 40, 40, 40}));
 }
 
-// A warp of 32 lanes takes 100 clocks. A tile packs its invocations, whatever drew them; at once each cluster has its own.
+// A warp of 32 lanes takes 100 clocks. All machines pack the invocations of a draw, whichever cluster they are of.
 TEST(SchemeWork, TilesShadeTheWarpsOfTheMachine) {
   gpu::GpuConfiguration gpu = endless();
   gpu.shader.operations = 100;
@@ -128,9 +132,13 @@ TEST(SchemeWork, TilesShadeTheWarpsOfTheMachine) {
   const BaselineSet many = timed(gpu, triangles(kMany));
   ASSERT_EQ(many[SchemeId::kTessera].pixel_shader_invocations, 324u) << "81 of each cluster";
   const std::uint64_t of_many = many[SchemeId::kDeferredVertex].bounding_operations * 4;
-  EXPECT_EQ(cycles(gpu, triangles(kMany)), (ByScheme{1100, 1100, 1100, 1100, 1100, 1100, 1100, 1200, 1100, 1100,
+  EXPECT_EQ(cycles(gpu, triangles(kMany)), (ByScheme{1100, 1100, 1100, 1100, 1100, 1100, 1100, 1100, 1100, 1100,
                                                      1100 + of_many + 63, 1100 + of_many, 1100 + of_many}))
       << "of 252 vertices";
+  // Draws share no warp: four take 3 each.
+  const ByScheme split = cycles(gpu, triangles(kMany, false, 4));
+  for (const SchemeId scheme : {SchemeId::kTessera, SchemeId::kPostTessellation, SchemeId::kImmediate})
+    EXPECT_EQ(split[static_cast<std::size_t>(scheme)], 1200u) << kSchemes[static_cast<std::size_t>(scheme)].name;
 }
 
 // A memory of a byte a clock never rests: all that a scheme counts passes it once.

@@ -397,7 +397,10 @@ TEST_P(Baselines, PreTessellationTakesTheCyclesAndEnergyOfTheMachine) {
 
 using hardware::Event;
 
-// Tiles whose items do not add up to their events, or name other lines than there are.
+constexpr std::uint64_t kWarpLanes = 32;  // shader.warp_lanes of the default machine
+
+// Tiles whose items do not add up to their events, whose warps shade other invocations on other lanes, or which name
+// other lines than there are.
 int tiles_out_of_balance(const timing::FrameWork& work) {
   int bad = 0;
   for (const timing::WorkRound& round : work.rounds) {
@@ -412,8 +415,13 @@ int tiles_out_of_balance(const timing::FrameWork& work) {
           counts[hardware::kFirstItemEvent + e] += item.events[e];
         lines += item.lines, texel_lines += item.texel_lines;
       }
-      for (const timing::WarpItem& warp : items.warps) texel_lines += warp.texel_lines;
-      bool fits = lines == items.lines.size() && texel_lines == items.texel_lines.size();
+      std::uint64_t shaded = 0, lanes = 0;
+      for (const timing::WarpItem& warp : items.warps) {
+        texel_lines += warp.texel_lines;
+        if (warp.kind != timing::WarpItem::kBackground) shaded += warp.lanes, lanes += kWarpLanes;
+      }
+      bool fits = lines == items.lines.size() && texel_lines == items.texel_lines.size() &&
+                  shaded == tile.events[Event::kShaderInvocations] && lanes == tile.events[Event::kShaderLanes];
       for (std::size_t e = hardware::kFirstItemEvent; e < hardware::kFirstItemEvent + hardware::kItemEventCount; ++e)
         fits = fits && counts[e] == tile.events[e];
       bad += fits ? 0 : 1;
