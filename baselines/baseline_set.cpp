@@ -19,10 +19,11 @@ namespace {
 using memory::Purpose;
 using memory::Unit;
 
-// Bytes of the frame, of attachments and of shadow maps that tiles write when they are finished.
+// Bytes of the frame, of attachments, of shadow maps and of the image behind surfaces that transmit, which tiles write
+// when they are finished.
 std::uint64_t stored_bytes(const memory::Ledger& ledger) {
   std::uint64_t bytes = 0;
-  for (const Purpose purpose : {Purpose::kFrameBuffer, Purpose::kAttachment, Purpose::kShadowMap})
+  for (const Purpose purpose : {Purpose::kFrameBuffer, Purpose::kAttachment, Purpose::kShadowMap, Purpose::kSceneColor})
     bytes += ledger.traffic(Unit::kResolve, purpose).written_bytes;
   return bytes;
 }
@@ -33,16 +34,44 @@ std::uint64_t loaded_bytes(const memory::Ledger& ledger) {
          ledger.traffic(Unit::kTilecore, Purpose::kAttachment).read_bytes;
 }
 
-// Bytes that a pass stores with fewer samples than it draws: the frame, if it draws into the frame, and attachments.
+// Bytes that a pass stores apart from the surfaces that it draws into: the frame and attachments, if they have fewer
+// samples, and the image behind surfaces that transmit.
 std::uint64_t resolved_bytes(const tilecore::TileJob& job, const memory::Ledger& ledger) {
   const PassSurfaces surfaces = surfaces_of(job);
   const bool into_frame = job.shades() && !job.actions.color;
   const std::uint64_t frame =
       into_frame && surfaces.resolves_color ? ledger.traffic(Unit::kResolve, Purpose::kFrameBuffer).written_bytes : 0;
   // Unless one of them keeps all samples, attachments are stored as tiles store them, compressed and with velocities.
-  return frame + (surfaces.keeps_samples        ? surfaces.resolved_bytes
-                  : surfaces.resolved_bytes > 0 ? ledger.traffic(Unit::kResolve, Purpose::kAttachment).written_bytes
-                                                : 0);
+  return frame + ledger.traffic(Unit::kResolve, Purpose::kSceneColor).written_bytes +
+         (surfaces.keeps_samples        ? surfaces.resolved_bytes
+          : surfaces.resolved_bytes > 0 ? ledger.traffic(Unit::kResolve, Purpose::kAttachment).written_bytes
+                                        : 0);
+}
+
+// The tiles that the pass draws; empty: all.
+std::vector<bool> drawn_tiles(const tilecore::TileJob& job) {
+  return job.open == nullptr || job.behind ? std::vector<bool>() : *job.open;
+}
+
+// The bins that hold a drawn tile; empty: all.
+std::vector<bool> drawn_bins(const tilecore::TileJob& job, const binner::TileGrid& bins) {
+  if (drawn_tiles(job).empty()) return {};
+  std::vector<bool> drawn(bins.tile_count());
+  for (binner::TileIndex tile = 0; tile < job.grid->tile_count(); ++tile) {
+    if (!job.draws(tile)) continue;
+    const IntRect pixels = job.grid->pixels(tile);
+    for (binner::TileIndex bin = 0; bin < drawn.size(); ++bin)
+      drawn[bin] = drawn[bin] || !bins.pixels(bin).intersect(pixels).empty();
+  }
+  return drawn;
+}
+
+// Joins two passes of the machine without splits that are one of the machine: the bounds of a whole patch reach into the view
+// where none of its parts does.
+void join(gpu::ObservedWork behind, gpu::ObservedWork& record) {
+  for (std::size_t tile = 0; tile < record.entries.size(); ++tile)
+    if (record.entries[tile].empty()) record.entries[tile] = std::move(behind.entries[tile]);
+  record.tessellations.insert(record.tessellations.begin(), behind.tessellations.begin(), behind.tessellations.end());
 }
 
 // Counters of the passes of a run that draw; `first`: number of its first one.
@@ -136,8 +165,10 @@ void measure_triangle_machines(const tilecore::TileJob& job, const gpu::Observed
       for (const DrawnPatch& patch : patches) others[r].second->add(patch);
     });
   };
-  const GeometryCounts geometry = run_geometry(job, pyramids, gpu, TriangleSetup(*job.grid, job.frame->projection),
-                                               TriangleSetup(bins, job.frame->projection), draw);
+  const scene::Projection& projection = job.frame->projection;
+  const GeometryCounts geometry =
+      run_geometry(job, pyramids, gpu, TriangleSetup(*job.grid, projection, drawn_tiles(job)),
+                   TriangleSetup(bins, projection, drawn_bins(job, bins)), draw);
   const std::vector<std::uint64_t> tile_state = tile_state_bytes(*job.grid, samples, sample_bytes, job.burst_bytes()),
                                    bin_state = tile_state_bytes(bins, samples, sample_bytes, job.burst_bytes());
   std::optional<SchemeWork> work;
@@ -171,7 +202,8 @@ BaselineObserver::WholeView BaselineObserver::render_whole(const gpu::RenderedVi
       gpu::FrameResult(view.result.frame, tilecore::FrameTargets(view.result.targets.region, false)), {}, {}};
   gpu::ViewRun run{whole_->gpu, job, whole_->recorder, whole.result, &whole.record};
   run.pass = view.pass, run.light = view.light;
-  if (view.prepass != nullptr) run.prepass = view.prepass_name, run.prepass_record = &whole.prepass;
+  if (view.before != nullptr) run.prepass = view.result.passes[view.maps_before].name;
+  run.record_before = &whole.before;
   run.first_tile = view.first_tile;
   run.waits = job.depths == nullptr && view.maps_before == 0;
   gpu::StoredArrays arrays;
@@ -222,19 +254,36 @@ void BaselineObserver::measure(const DrawnView& drawn, const tilecore::TileJob& 
     if (kSchemes[s].make != nullptr) joined_[s].add(std::move(works[s]), drawn.name, drawn.waits);
 }
 
-void BaselineObserver::add_images(const gpu::RenderedView& view, const WholeView& whole) {
-  const std::size_t images = view.result.image_passes;
-  const std::span<const gpu::PassResult> results = std::span(view.result.passes).last(images);
-  for (const gpu::PassResult& image : results) {
-    PassSet& pass = passes_.emplace_back(PassSet{image.name, {}});
-    pass.set.schemes.fill(image_pass_counters(image.counters));
-    // The machine without splits lights its own G-buffer; its run has no other passes over images.
-    if (&image == results.data() && whole.result.image_passes > 0)
-      pass.set[SchemeId::kPatchWhole] = image_pass_counters(whole.result.passes.back().counters);
-  }
-  if (images == 0 || view.heights == nullptr) return;
+void BaselineObserver::add_images(std::span<const gpu::PassResult> passes, std::span<const timing::WorkRound> rounds) {
+  for (const gpu::PassResult& image : passes)
+    passes_.emplace_back(PassSet{image.name, {}}).set.schemes.fill(image_pass_counters(image.counters));
+  if (rounds.empty()) return;
   for (std::size_t s = 0; s < kSchemeCount; ++s)
-    if (kSchemes[s].make != nullptr) joined_[s].add_images(view.rounds.last(images), results);
+    if (kSchemes[s].make != nullptr) joined_[s].add_images(rounds, passes);
+}
+
+void BaselineObserver::measure_before(const gpu::RenderedView& view, const WholeView& whole, tilecore::TileJob& job,
+                                      std::span<const timing::WorkRound>& rounds, PrepassDepths& depths) {
+  const std::span<const gpu::PassResult> passes = std::span(view.result.passes).subspan(view.maps_before);
+  const auto end =
+      std::ranges::find_if(rounds, [&](const timing::WorkRound& round) { return round.pass != rounds.front().pass; });
+  const auto count = static_cast<std::size_t>(end - rounds.begin());
+  tilecore::TileJob drawn = job;
+  const bool transmits = !view.before->open.empty();
+  if (transmits) {
+    job.open = drawn.open = &view.before->open;
+    drawn.behind = true;
+  } else {
+    drawn.depths_alone = true;
+    drawn.actions = {};
+  }
+  measure({view, passes[0].name, passes[0].counters, *view.before, rounds.first(count), view.maps_before == 0}, drawn,
+          whole.result.passes.front().counters, whole.before, transmits ? nullptr : &depths);
+  rounds = rounds.subspan(count);
+  if (!transmits) return;
+  const std::size_t reductions = rounds.empty() ? 0 : 1;
+  add_images(passes.subspan(1, 1), rounds.first(reductions));
+  rounds = rounds.subspan(reductions);
 }
 
 void BaselineObserver::set_costs(const gpu::RenderedView& view, const WholeView& whole_view) {
@@ -267,28 +316,21 @@ void BaselineObserver::view_rendered(const gpu::RenderedView& view) {
   tilecore::TileJob job = view.job;
   job.resolve = nullptr;  // every scheme shades all pixels
   job.pixel_ids = false;
-  const WholeView whole = render_whole(view, job);
+  WholeView whole = render_whole(view, job);
+  if (view.before == nullptr && !whole.before.open.empty()) join(std::move(whole.before), whole.record);
   std::span<const timing::WorkRound> rounds = view.rounds;
   if (!rounds.empty()) rounds = rounds.first(rounds.size() - view.result.image_passes);
-  const bool waits = view.maps_before == 0, prepass = view.prepass != nullptr;
   PrepassDepths depths;
-  if (prepass) {
-    tilecore::TileJob opaque = job;
-    opaque.depths_alone = true;
-    opaque.actions = {};
-    const auto end =
-        std::ranges::find_if(rounds, [&](const timing::WorkRound& round) { return round.pass != rounds.front().pass; });
-    const auto count = static_cast<std::size_t>(end - rounds.begin());
-    measure({view, view.prepass_name, view.result.passes[view.maps_before].counters, *view.prepass, rounds.first(count),
-             waits},
-            opaque, whole.result.passes.front().counters, whole.prepass, &depths);
-    rounds = rounds.subspan(count);
-  }
-  const std::size_t before = prepass ? 1 : 0;
-  measure(
-      {view, view.pass, drawn_counters(view.result, view.maps_before + before), view.record, rounds, prepass || waits},
-      job, drawn_counters(whole.result, before), whole.record, prepass ? &depths : nullptr);
-  add_images(view, whole);
+  const bool before = view.before != nullptr, transmits = before && !view.before->open.empty();
+  if (before) measure_before(view, whole, job, rounds, depths);
+  const std::size_t earlier = transmits ? 2 : before ? 1 : 0;
+  const bool waits = before ? !transmits : view.maps_before == 0;
+  measure({view, view.pass, drawn_counters(view.result, view.maps_before + earlier), view.record, rounds, waits}, job,
+          drawn_counters(whole.result, earlier), whole.record, before && !transmits ? &depths : nullptr);
+  const std::size_t images = view.result.image_passes, lights = whole.result.image_passes, all = passes_.size();
+  add_images(std::span(view.result.passes).last(images), view.rounds.last(view.rounds.empty() ? 0 : images));
+  // The machine without splits lights its own G-buffer; its run has no other passes over images.
+  if (lights > 0) passes_[all].set[SchemeId::kPatchWhole] = image_pass_counters(whole.result.passes.back().counters);
   last_ = {};
   for (const PassSet& pass : passes_)
     for (std::size_t s = 0; s < kSchemeCount; ++s) merge(last_.schemes[s], pass.set.schemes[s]);

@@ -45,8 +45,8 @@ void measure_triangle_machines(const tilecore::TileJob& job, const gpu::Observed
                                const gpu::GpuConfiguration& gpu, BaselineSet& out, PrepassDepths* depths = nullptr,
                                const MachineWork* machine = nullptr, SchemeWorks* works = nullptr);
 
-// The schemes in a pass of a frame: a shadow map, a prepass, the drawing of the camera's view, the lighting of a stored G-buffer, or a
-// pass over images. Cycles and energies are zero: passes share the frame's units.
+// The schemes in a pass of a frame: a shadow map, a prepass, the scene behind surfaces that transmit, the drawing of the camera's view,
+// the lighting of a stored G-buffer, or a pass over images. Cycles and energies are zero: passes share the frame's units.
 struct PassSet {
   std::string name;
   BaselineSet set;
@@ -77,7 +77,7 @@ class BaselineObserver final : public gpu::ViewObserver {
     memory::Ledger ledger;
     WholeRun(const gpu::RenderedView& view, bool items);
   };
-  // A pass that draws: a shadow map, a prepass, or the pass that gives colours.
+  // A pass that draws: a shadow map, a prepass, the scene behind surfaces that transmit, or the pass that gives colours.
   struct DrawnView {
     const gpu::RenderedView& view;
     std::string_view name;
@@ -89,14 +89,19 @@ class BaselineObserver final : public gpu::ViewObserver {
   // The machine's run without splits of patches.
   struct WholeView {
     gpu::FrameResult result;
-    gpu::ObservedWork record, prepass;
+    gpu::ObservedWork record, before;
   };
   void begin_frame(const gpu::RenderedView& view);
   WholeView render_whole(const gpu::RenderedView& view, tilecore::TileJob job);
   // Measures a pass; `whole`: its counters and work without splits.
   void measure(const DrawnView& drawn, const tilecore::TileJob& job, const gpu::FrameCounters& whole,
                const gpu::ObservedWork& whole_record, PrepassDepths* depths);
-  void add_images(const gpu::RenderedView& view, const WholeView& whole);
+  // Measures the pass that draws before the one that gives colours, and a pass over its image; `job` and `rounds` become
+  // the ones of the passes after it. A prepass fills in `depths`.
+  void measure_before(const gpu::RenderedView& view, const WholeView& whole, tilecore::TileJob& job,
+                      std::span<const timing::WorkRound>& rounds, PrepassDepths& depths);
+  // Adds passes over images; `rounds`: of the machine, or empty.
+  void add_images(std::span<const gpu::PassResult> passes, std::span<const timing::WorkRound> rounds);
   void set_costs(const gpu::RenderedView& view, const WholeView& whole);
 
   BaselineSet last_;

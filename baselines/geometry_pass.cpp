@@ -6,6 +6,7 @@
 #include "base/parallel.h"
 #include "baselines/block_code.h"
 #include "frontend/front_end.h"
+#include "tilecore/shading/transmission.h"
 #include "tilecore/tessellation/tessellator.h"
 
 namespace tessera::baselines {
@@ -59,6 +60,12 @@ void add_cluster_triangles(const scene::MeshClusters& clusters, const scene::Clu
 std::uint64_t mask_components(const scene::PosedDrawable& drawable) {
   if (drawable.material->alpha_mode != scene::AlphaMode::kMask || drawable.primitive == nullptr) return 0;
   return 2 + (drawable.primitive->vertices.colors.empty() ? 0u : 1u);
+}
+
+// Whether a pass that draws a part of the surfaces leaves this one out.
+bool leaves_out(const tilecore::TileJob& job, const scene::PosedDrawable& drawable) {
+  return (job.depths_alone && drawable.material->alpha_mode == scene::AlphaMode::kBlend) ||
+         (job.behind && tilecore::transmits(drawable));
 }
 
 // Vertices of a base patch's record: the vertices of a cluster, or the corners of a patch.
@@ -136,7 +143,7 @@ HullStage run_hull_stage(const tilecore::TileJob& job, const frontend::PyramidLi
                          const gpu::GpuConfiguration& gpu, BaselineCounters& counters) {
   const scene::FrameGeometry& frame = *job.frame;
   frontend::FrontEndSpec spec = patch_whole_machine(gpu).front_end_spec();
-  spec.blended = !job.depths_alone;
+  for (const scene::PosedDrawable& drawable : frame.drawables) spec.left_out.push_back(leaves_out(job, drawable));
   const frontend::FrontEndResult front_end = frontend::run_front_end(frame, pyramids, spec);
   counters.patches_culled =
       front_end.counters.culled_frustum + front_end.counters.culled_backface + front_end.groups.patches_culled;
@@ -168,7 +175,7 @@ HullStage run_hull_stage(const tilecore::TileJob& job, const frontend::PyramidLi
   if (!frame.request.sample_procedures || !frame.request.procedures) return out;
   for (const scene::PosedDrawable& drawable : frame.drawables) {
     if (drawable.procedure == nullptr || !drawable.visible) continue;
-    if (job.depths_alone && drawable.material->alpha_mode == scene::AlphaMode::kBlend) continue;
+    if (leaves_out(job, drawable)) continue;
     for (std::uint32_t p = 0; p < drawable.drawable->patch_count; ++p) {
       const std::uint32_t patch = drawable.drawable->first_patch + p;
       kept[patch] = 1;

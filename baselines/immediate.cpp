@@ -79,7 +79,7 @@ void move_lines(const std::vector<TileDrawing>& tiles, const tilecore::TileJob& 
                 const SampleLayout& layout, const PrepassDepths* known, ImmediateFrame& out) {
   const auto cache_bytes = static_cast<std::uint64_t>(gpu.baselines.cache_bytes);
   const PassSurfaces surfaces = surfaces_of(job);
-  const bool resolve = surfaces.resolves_color, loads = surfaces.loads_color;
+  const bool resolve = surfaces.reads_color, loads = surfaces.loads_color;
   const LineData data = line_data(job);
   ImmediateMemory cached(cache_bytes, job.burst_bytes(), layout.line_count(), data, loads);
   ImmediateMemory uncached(0, job.burst_bytes(), layout.line_count(), data, loads);

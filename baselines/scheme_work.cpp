@@ -181,6 +181,7 @@ SchemeWork::SchemeWork(const gpu::GpuConfiguration& gpu, const tilecore::TileJob
       order_(tilecore::TileOrder(gpu.tilecore.tile_order, *job.grid).tiles()),
       own_(job.grid->tile_count()),
       samples_(static_cast<std::uint64_t>(job.pattern->samples_per_pixel())) {
+  std::erase_if(order_, [&](binner::TileIndex tile) { return !job.draws(tile); });
   take_shaders();
   for (const timing::WorkRound& round : machine.rounds)
     for (std::size_t k = 0; k < round.tiles.size(); ++k) {
@@ -416,12 +417,14 @@ std::vector<ListWork> SchemeWork::spread(std::span<const ListWork> lists, const 
                            (pixels.y0 - grid.row_edge(0)) / grid.tile_height(),
                            (pixels.x1 - grid.column_edge(0) - 1) / grid.tile_width() + 1,
                            (pixels.y1 - grid.row_edge(0) - 1) / grid.tile_height() + 1};
-    const auto count = static_cast<std::uint64_t>(tiles.width()) * static_cast<std::uint64_t>(tiles.height());
+    std::vector<binner::TileIndex> drawn;
+    for (int row = tiles.y0; row < tiles.y1; ++row)
+      for (int column = tiles.x0; column < tiles.x1; ++column)
+        if (const binner::TileIndex tile = grid.index(column, row); job_.draws(tile)) drawn.push_back(tile);
     for (const auto member : {&ListWork::entries, &ListWork::vertices, &ListWork::transforms, &ListWork::bytes,
                               &ListWork::cache_bytes, &ListWork::decoded}) {
-      Parts parts(lists[bin].*member, count);
-      for (int row = tiles.y0; row < tiles.y1; ++row)
-        for (int column = tiles.x0; column < tiles.x1; ++column) out[grid.index(column, row)].*member += parts.next(1);
+      Parts parts(lists[bin].*member, drawn.size());
+      for (const binner::TileIndex tile : drawn) out[tile].*member += parts.next(1);
     }
   }
   return out;
@@ -567,7 +570,9 @@ timing::FrameWork SchemeWork::immediate(const BaselineCounters& scheme, std::spa
     tile.tile = order_[k] + machine_.first_tile;
     const TileWork& own = own_[order_[k]].work;
     const bool lights = job_.shading.has_gbuffer() && job_.shades() && !job_.stores_gbuffer();
-    if (samples_ > 1 && !job_.stores_gbuffer()) tile.events[Event::kPixels] = pixels_of(*job_.grid, order_[k]);
+    if (!job_.stores_gbuffer())
+      tile.events[Event::kPixels] = pixels_of(*job_.grid, order_[k]) *
+                                    ((samples_ > 1 && job_.finishes(order_[k]) ? 1u : 0u) + (job_.behind ? 1u : 0u));
     for (const Event event : {Event::kCodedPixels, Event::kCompressedPixels}) tile.events[event] = own.events[event];
     tile.dram_bytes[kStore] = reads[k] + writes[k];
     TileItems items;

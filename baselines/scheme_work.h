@@ -80,6 +80,9 @@ struct FrontWork {
 // packed positions, strips and runs of bits is free; lists are read ahead at any length. One goes against them: a
 // position takes the time of a whole vertex.
 //
+// Where surfaces transmit, all machines draw the scene behind them, reduce its image, and draw the tiles with such surfaces again, from
+// records to colours. A mask of these tiles is known before triangles are set up, in favour of all schemes.
+//
 // Invariants (cited by the tests):
 //   BW1  A scheme's work moves its baseline.dram_bytes and baseline.texture_bytes, no more and no less.
 //   BW2  Tiled schemes have the machine's shading, blending and resolving.
@@ -167,8 +170,8 @@ class SchemeWork {
   std::uint64_t loaded_bytes_;
   std::span<const gpu::TextureUse> textures_;
   bool has_items_;
-  std::vector<Shaders> shaders_;  // by drawable
-  std::vector<binner::TileIndex> order_;
+  std::vector<Shaders> shaders_;          // by drawable
+  std::vector<binner::TileIndex> order_;  // tiles that the pass draws, in the machine's order
   std::vector<OwnTile> own_;
   std::uint64_t samples_;  // samples of a pixel
 };

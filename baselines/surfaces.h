@@ -15,8 +15,10 @@ struct PassSurfaces {
   std::uint64_t color_bytes = 4;    // of a sample; 0: the pass draws depths alone
   std::uint64_t gbuffer_bytes = 0;  // of a sample; 0: draws of opaque surfaces give colours at once
   bool resolves_color = false;      // it stores fewer colours of a pixel than it draws, or other colours
-  bool loads_color = false;         // the present colours are loaded before it draws
-  bool keeps_samples = false;       // it stores all samples of an attachment
+  bool reads_color =
+      false;  // drawn colours are read in the end: to be resolved, or for the image behind other surfaces
+  bool loads_color = false;    // the present colours are loaded before it draws
+  bool keeps_samples = false;  // it stores all samples of an attachment
   // Raw bytes of the surfaces that are stored with fewer samples than are drawn, beside the frame.
   std::uint64_t resolved_bytes = 0;
 
@@ -37,12 +39,12 @@ inline PassSurfaces surfaces_of(const tilecore::TileJob& job) {
   }
   const tilecore::AttachmentActions& actions = job.actions;
   const int samples = job.pattern->samples_per_pixel();
-  const IntRect& region = job.grid->region();
-  const auto stored = [&](std::uint64_t pixel_bytes) {
-    return round_up(
-        static_cast<std::uint64_t>(region.width()) * static_cast<std::uint64_t>(region.height()) * pixel_bytes,
-        job.burst_bytes());
-  };
+  std::uint64_t pixels = 0;
+  for (binner::TileIndex tile = 0; tile < job.grid->tile_count(); ++tile)
+    if (job.finishes(tile))
+      pixels += static_cast<std::uint64_t>(job.grid->pixels(tile).width()) *
+                static_cast<std::uint64_t>(job.grid->pixels(tile).height());
+  const auto stored = [&](std::uint64_t pixel_bytes) { return round_up(pixels * pixel_bytes, job.burst_bytes()); };
   out.gbuffer_bytes = job.shading.gbuffer_bytes();
   const bool lights = out.gbuffer_bytes > 0 && !job.stores_gbuffer();
   out.loads_color = actions.load_color && out.gbuffer_bytes == 0;
@@ -52,6 +54,7 @@ inline PassSurfaces surfaces_of(const tilecore::TileJob& job) {
       out.color_bytes = actions.color->coder.pixel_bytes();
       if (out.resolves_color) out.resolved_bytes += stored(actions.color->pixel_bytes());
     }
+    out.reads_color = out.resolves_color || job.behind;
   }
   if (actions.depth_bytes > 0 && actions.depth_samples < samples) out.resolved_bytes += stored(actions.depth_bytes);
   out.keeps_samples = job.stores_gbuffer() || (actions.color && !out.resolves_color) ||

@@ -119,7 +119,7 @@ void TriangleSetup::cover(const Corners& c, std::vector<binner::TileIndex>& tile
                               std::max(grid_.row_edge(row), region.y0) - c.grow,
                               std::min(grid_.column_edge(column + 1), region.x1) + c.grow,
                               std::min(grid_.row_edge(row + 1), region.y1) + c.grow))
-        tiles.push_back(grid_.index(column, row));
+        add(column, row, tiles);
 }
 
 bool TriangleSetup::covers_clipped(const TessellatedPatch& patch, const std::array<std::uint32_t, 3>& vertex,
@@ -139,7 +139,7 @@ bool TriangleSetup::covers_clipped(const TessellatedPatch& patch, const std::arr
   if (!bounds || outside_region(*bounds)) return false;
   const IntRect rect = grid_.covered(*bounds);
   for (int row = rect.y0; row < rect.y1; ++row)
-    for (int column = rect.x0; column < rect.x1; ++column) tiles.push_back(grid_.index(column, row));
+    for (int column = rect.x0; column < rect.x1; ++column) add(column, row, tiles);
   return !rect.empty();
 }
 

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "baselines/baseline_counters.h"
@@ -45,8 +46,9 @@ struct TriangleList {
 //        sides.
 class TriangleSetup {
  public:
-  TriangleSetup(const binner::TileGrid& grid, const scene::Projection& projection)
-      : grid_(grid), projection_(projection) {}
+  // `drawn`: the tiles that are drawn; empty: all.
+  TriangleSetup(const binner::TileGrid& grid, const scene::Projection& projection, std::vector<bool> drawn = {})
+      : grid_(grid), projection_(projection), drawn_(std::move(drawn)) {}
 
   // Thread-safe, like extent().
   TriangleList run(const TessellatedPatch& patch, BaselineCounters& counters) const;
@@ -62,12 +64,17 @@ class TriangleSetup {
   Corners corners_of(const TessellatedPatch& patch, const std::array<std::uint32_t, 3>& vertex) const;
   int facing(const Corners& corners) const;
   bool outside_region(const frontend::ScreenBounds& bounds) const;
+  void add(int column, int row, std::vector<binner::TileIndex>& tiles) const {
+    const binner::TileIndex tile = grid_.index(column, row);
+    if (drawn_.empty() || drawn_[tile]) tiles.push_back(tile);
+  }
   void cover(const Corners& corners, std::vector<binner::TileIndex>& tiles) const;
   bool covers_clipped(const TessellatedPatch& patch, const std::array<std::uint32_t, 3>& vertex,
                       std::vector<binner::TileIndex>& tiles) const;
 
   const binner::TileGrid& grid_;
   const scene::Projection& projection_;
+  std::vector<bool> drawn_;
 };
 
 }  // namespace tessera::baselines

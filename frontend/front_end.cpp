@@ -56,7 +56,7 @@ std::vector<std::uint32_t> drawables_to_read(const scene::FrameGeometry& frame, 
     const scene::Drawable& drawable = *frame.drawables[d].drawable;
     if (drawable.patch_count == 0 || (!read.empty() && read[d] == 0)) continue;
     if (!frame.moves_here(frame.drawables[d])) continue;
-    if (!spec.blended && frame.drawables[d].material->alpha_mode == scene::AlphaMode::kBlend) continue;
+    if (!spec.left_out.empty() && spec.left_out[d] != 0) continue;
     if (!frame.drawables[d].visible || (skip_procedures && frame.drawables[d].procedure != nullptr)) continue;
     drawables.push_back(static_cast<std::uint32_t>(d));
   }

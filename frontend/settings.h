@@ -41,7 +41,8 @@ struct FrontEndSpec : Settings {
   int max_cells = 16;  // a side of the largest sub-patch that a tile core takes: split further, whatever the criterion
   std::uint64_t burst_bytes = 64;
   std::int64_t l2_bytes = 1 << 20, l2_ways = 16;  // records and tables of heights are read through it
-  bool blended = true;                            // false leaves blended surfaces out, as a prepass of baselines does
+  // By drawable: 1 leaves it out, as passes of baselines do that draw a part of the surfaces; empty: none.
+  std::vector<std::uint8_t> left_out{};
 };
 
 }  // namespace tessera::frontend

@@ -110,10 +110,6 @@ void Device::set_observer(ViewObserver* observer) {
     throw UsageError(
         "baselines render and write every tile; to be compared with them the machine needs "
         "tile.rendering_elimination=false and frame_buffer.transaction_elimination=false");
-  if (observer != nullptr && behind_.level_count() > 0)
-    throw UsageError(
-        "baselines draw each surface in one pass; surfaces of this capture transmit, and take the image behind them "
-        "from another");
   if (observer != nullptr && graph_.loads_frame() && frame_store().compressed)
     throw UsageError(
         "baselines do not know how the frame before was compressed; a pass of this capture loads it, so set "
@@ -318,7 +314,7 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, ViewS
   std::optional<frontend::CoarseDepth> guess;
   if (guesses && last_depth_ && last_frame_ == frame - 1)
     guess = frontend::reproject(*last_depth_, geometry->projection, geometry->views[0]);
-  ObservedWork record, prepass;
+  ObservedWork record, before;
   const bool observed = observer_ != nullptr && left == nullptr;
   const DisplacementMemory* const heights = settings_.output.machine_model ? &displacement_memory_ : nullptr;
   const memory::LineRange map_lines{static_cast<std::uint32_t>(texture_memory_.first_map_line()),
@@ -355,7 +351,7 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, ViewS
   run.arrays = &eye.arrays;
   run.bloom_strength = static_cast<float>(settings_.post.bloom);
   run.waits = !shadow_passes_.any_pass();
-  if (observed) run.prepass_record = &prepass;
+  if (observed) run.record_before = &before;
   pipeline_.render(run, {guesses, guess ? &*guess : nullptr});
   for (const tilecore::DepthMaps* maps : shadow_passes_.stored()) recorder.stored(texture_memory_.range(*maps));
   shadow_passes_.finish(result);
@@ -375,8 +371,7 @@ std::shared_ptr<const scene::FrameGeometry> Device::render_view(int frame, ViewS
     RenderedView view{gpu_, scene_.pyramids, patch_table_, heights, job, record, result};
     if (result.model) view.rounds = std::span(result.model->record.work.rounds).subspan(map_rounds);
     view.pass = graph_.name(), view.light = graph_.light_name();
-    if (settings_.shading.path == tilecore::ShadingPath::kPrepass)
-      view.prepass = &prepass, view.prepass_name = graph_.prepass_name();
+    if (settings_.shading.path == tilecore::ShadingPath::kPrepass || !before.open.empty()) view.before = &before;
     view.maps_before = map_count;
     view.map_lines = map_lines;
     observer_->view_rendered(view);

@@ -69,8 +69,8 @@ class Device {
   void abandon() { progress_.abandon(); }
 
   // Sets the observer of the views of each frame; nullptr removes it. The observer must outlive the device or the next
-  // call. Throws UsageError where a comparison of machines would leave work out: with a shading path other than
-  // visibility, if tiles are eliminated, if surfaces transmit, or if a pass loads the compressed frame before.
+  // call. Throws UsageError where a comparison of machines would leave work out: with the exact layout of
+  // the G-buffer, if tiles are eliminated, or if a pass loads the compressed frame before.
   void set_observer(ViewObserver* observer);
 
   // The history that the last rendered frame leaves to the next, with resolve.desampling=adaptive. set_history()

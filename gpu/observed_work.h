@@ -27,6 +27,8 @@ struct ObservedWork {
   std::vector<tilecore::TessellationRequest> tessellations;  // tile by tile, in emulated order
   std::vector<TextureUse> textures;                          // per tile, with output.machine_model
   std::vector<LightUse> lights;                              // per tile
+  // Of the scene behind surfaces that transmit: tiles that the next pass draws again; empty: none.
+  std::vector<bool> open;
 };
 
 }  // namespace tessera::gpu

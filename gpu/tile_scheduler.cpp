@@ -91,7 +91,7 @@ void TileScheduler::render_tile(Round& round, std::size_t t) {
     }
     if (shared.began && !round.pass.depths_only && !run_.job.stores_gbuffer()) core.load_colors(job, tile, job.actions);
     if (state.started) core.load_state(job, state);
-    if (ObservedWork* const record = run_.record_of(round.pass.depths_only))
+    if (ObservedWork* const record = round.pass.record_of(run_))
       for (const binner::ListEntry& entry : entries) {
         record->entries[t].push_back(entry);
         record->entries[t].back().record += records_before_;
@@ -104,8 +104,7 @@ void TileScheduler::render_tile(Round& round, std::size_t t) {
   }
   tilecore::TileResult result = core.take_result();
   count_tessellations(result.tessellations, counts);
-  if (ObservedWork* const record = run_.record_of(round.pass.depths_only))
-    add_lights(result.counters, record->lights[t]);
+  if (ObservedWork* const record = round.pass.record_of(run_)) add_lights(result.counters, record->lights[t]);
   work.end(job, result, shared.finished && !run_.job.stores_gbuffer());
   count_work(result.counters, counts);
   shared.tessellations = std::move(result.tessellations);
@@ -242,7 +241,7 @@ void TileScheduler::share(Round& round, binner::TileIndex t) {
     round.work.move(t, round.depths, round.depth_offset, tile_depth_bytes());
     round.depth_offset += tile_depth_bytes();
   }
-  if (ObservedWork* const record = run_.record_of(round.pass.depths_only))
+  if (ObservedWork* const record = round.pass.record_of(run_))
     record->tessellations.insert(record->tessellations.end(), use.tessellations.begin(), use.tessellations.end());
   // share_stores() reads the rest.
   use.records = {}, use.tessellations = {}, use.hidden = {}, use.cells = {};
@@ -255,8 +254,11 @@ void TileScheduler::render(const GeometryPass& pass) {
   if (pass.depths_only) prepass_.resize(tile_count);
   if (run_.job.stores_gbuffer()) lit_.resize(tile_count);
   binner::Binner::Cursor cursor;
-  ObservedWork* const record = run_.record_of(pass.depths_only);
-  if (record != nullptr) record->entries.resize(tile_count), record->lights.resize(tile_count);
+  ObservedWork* const record = pass.record_of(run_);
+  if (record != nullptr) {
+    record->entries.resize(tile_count), record->lights.resize(tile_count);
+    record->open = pass.open;
+  }
   std::vector<tilecore::TileState> unfinished;
   RoundPlace place{pass.name, std::exchange(first_pass_, false) ? run_.waits : pass.waits};
   for (bool done = false; !done;) {
@@ -315,8 +317,8 @@ void TileScheduler::render(const GeometryPass& pass) {
     if (!done) empty_lists();
     place.waits = true;
   }
-  // The pass behind a prepass, and the light pass of a stored G-buffer, count their lookups apart.
-  if (record != nullptr && (pass.depths_only || run_.job.stores_gbuffer()))
+  // The pass after another one, and the light pass of a stored G-buffer, count their lookups apart.
+  if (record != nullptr && (pass.comes_before() || run_.job.stores_gbuffer()))
     record->textures = run_.recorder.take_textures();
   pass_end_(pass.name);
 }

@@ -41,9 +41,8 @@ struct ViewRun {
   StoredArrays* arrays = nullptr;  // of texels beside colours that passes store; nullptr: no pass stores any
   // Names of the other pass of a path with two: one that stores depths alone, one that lights a stored G-buffer.
   std::string_view prepass = "prepass", light = "light";
-  ObservedWork* prepass_record = nullptr;  // with `record`: of the prepass
-
-  ObservedWork* record_of(bool depths_only) const { return depths_only ? prepass_record : record; }
+  // With `record`: of the pass that draws before, a prepass or the scene behind surfaces that transmit.
+  ObservedWork* record_before = nullptr;
 };
 
 // The tiles of a view in the machine's order, which is also the order of their pieces of arrays.
@@ -75,6 +74,10 @@ struct GeometryPass {
   bool binned = false;       // the lists hold all sub-patches already
   bool waits = true;         // its geometry waits for the tiles of earlier passes
   bool depths_only = false;  // a prepass: tiles store the depths of opaque surfaces alone
+
+  // Whether the pass that gives colours comes after it.
+  bool comes_before() const { return depths_only || !open.empty(); }
+  ObservedWork* record_of(const ViewRun& run) const { return comes_before() ? run.record_before : run.record; }
 };
 
 // A pass over the tiles of an image, without lists.

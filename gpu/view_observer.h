@@ -29,12 +29,13 @@ struct RenderedView {
   // Recorded work of the view, round by round; the rounds of FrameResult::image_passes come last, one for each. With
   // output.machine_model alone.
   std::span<const timing::WorkRound> rounds{};
-  std::string_view pass = "main";            // name of the pass that draws the view
-  const ObservedWork* prepass = nullptr;     // of a prepass, which comes before; nullptr: there is none
-  std::string_view prepass_name{}, light{};  // names of the prepass, and of the pass that lights a stored G-buffer
-  std::size_t maps_before = 0;               // number of the frame's maps that were shown before
-  std::uint32_t first_tile = 0;              // number that the record gives the view's first tile
-  memory::LineRange map_lines{};             // lines of maps among the lines of textures
+  std::string_view pass = "main";  // name of the pass that draws the view
+  // Of the pass that draws before, a prepass or the scene behind surfaces that transmit; nullptr: there is none.
+  const ObservedWork* before = nullptr;
+  std::string_view light{};       // name of the pass that lights a stored G-buffer
+  std::size_t maps_before = 0;    // number of the frame's maps that were shown before
+  std::uint32_t first_tile = 0;   // number that the record gives the view's first tile
+  memory::LineRange map_lines{};  // lines of maps among the lines of textures
 };
 
 // Observes the views of a device. It is called on the thread that calls Device::render(), for the left or only eye of

@@ -57,13 +57,21 @@ struct TileJob {
   shaders::RadianceImage* scene_color = nullptr;  // lighting.behind's image, to be filled; nullptr: nothing transmits
   // A pass that draws depths alone, one sample a texel, stores them here and shades nothing. nullptr: colours are made.
   DepthMaps* depths = nullptr;
-  bool depths_alone = false;         // a baseline's prepass: opaque surfaces leave their depths, and nothing is shaded
+  bool depths_alone = false;  // a baseline's prepass: opaque surfaces leave their depths, and nothing is shaded
+  // Of baselines, where surfaces transmit: the tiles that both passes draw, as they show such a surface; nullptr: one pass
+  // draws all tiles.
+  const std::vector<bool>* open = nullptr;
+  bool behind =
+      false;  // with `open`: the first of the passes, which draws the other surfaces and finishes the other tiles
   std::uint64_t maps_signature = 0;  // of all maps of lighting.shadows, if tiles may be eliminated
   int depth_layer = 0;
   bool pixel_ids = false;  // FrameTargets::ids are requested
   bool spills = false;     // samples that the tile memory has no room for go to memory and back
 
   bool shades() const { return depths == nullptr && !depths_alone; }
+  // Whether the pass draws a tile, and whether it gives the colours of a tile.
+  bool draws(std::size_t tile) const { return open == nullptr || behind || (*open)[tile]; }
+  bool finishes(std::size_t tile) const { return open == nullptr || (*open)[tile] != behind; }
   // Whether tiles store a G-buffer, which a pass of its own lights.
   bool stores_gbuffer() const { return shades() && shading.path == ShadingPath::kGbufferExternal; }
   std::uint64_t burst_bytes() const { return static_cast<std::uint64_t>(machine->memory.burst_bytes); }

@@ -291,13 +291,8 @@ TEST(Transmission, ThePassesAreCharged) {
   EXPECT_EQ(operations, reduced);
 }
 
-TEST(Transmission, ARegionAndBaselinesAreRefusedAndDesamplingLeftOut) {
+TEST(Transmission, ARegionIsRefusedAndDesamplingLeftOut) {
   const Window window(glass());
-  struct Nobody final : ViewObserver {
-    void view_rendered(const RenderedView&) override {}
-  } nobody;
-  Device device(window.capture, {}, {}, {kWidth, kHeight, {0, 0, kWidth, kHeight}});
-  EXPECT_THROW(device.set_observer(&nobody), UsageError);
   EXPECT_THROW(Device(window.capture, {}, {}, {kWidth, kHeight, {0, 0, 32, 32}}), UsageError);
   const FrameResult plain = frame_of(window.capture),
                     adaptive = frame_of(window.capture, {"resolve.desampling=adaptive"});

@@ -397,10 +397,7 @@ TEST_P(Baselines, PreTessellationTakesTheCyclesAndEnergyOfTheMachine) {
 
 using hardware::Event;
 
-constexpr std::uint64_t kWarpLanes = 32;  // shader.warp_lanes of the default machine
-
-// Tiles whose items do not add up to their events, whose warps shade other invocations on other lanes, or which name
-// other lines than there are.
+// Tiles whose items or warps of 32 lanes do not add up to their events, or name other lines than there are.
 int tiles_out_of_balance(const timing::FrameWork& work) {
   int bad = 0;
   for (const timing::WorkRound& round : work.rounds) {
@@ -409,16 +406,15 @@ int tiles_out_of_balance(const timing::FrameWork& work) {
       const timing::TileWork& tile = round.tiles[k];
       const timing::TileItems& items = round.items[k];
       hardware::EventCounts counts;
-      std::uint64_t lines = items.shading_lines, texel_lines = 0;
+      std::uint64_t lines = items.shading_lines, texel_lines = 0, shaded = 0, lanes = 0;
       for (const timing::SubPatchItem& item : items.sub_patches) {
         for (std::size_t e = 0; e < hardware::kItemEventCount; ++e)
           counts[hardware::kFirstItemEvent + e] += item.events[e];
         lines += item.lines, texel_lines += item.texel_lines;
       }
-      std::uint64_t shaded = 0, lanes = 0;
       for (const timing::WarpItem& warp : items.warps) {
         texel_lines += warp.texel_lines;
-        if (warp.kind != timing::WarpItem::kBackground) shaded += warp.lanes, lanes += kWarpLanes;
+        if (warp.kind != timing::WarpItem::kBackground) shaded += warp.lanes, lanes += 32;
       }
       bool fits = lines == items.lines.size() && texel_lines == items.texel_lines.size() &&
                   shaded == tile.events[Event::kShaderInvocations] && lanes == tile.events[Event::kShaderLanes];

@@ -73,6 +73,27 @@ inline int passes_out_of_balance(const Observed& of) {
   return wrong;
 }
 
+// The frame's bytes, and the bytes of its passes, in each scheme's work and counters. Returns the number of differences.
+inline int out_of_balance(const Observed& of) {
+  int wrong = passes_out_of_balance(of);
+  for (std::size_t s = 0; s < baselines::kSchemeCount; ++s)
+    wrong += of.works[s].dram_bytes() != of.set.schemes[s].dram_bytes + of.set.schemes[s].texture_bytes ? 1 : 0;
+  return wrong;
+}
+
+// Pairs of a counter and a scheme whose value in the frame is not the sum over its passes; cycles and energies are not compared.
+inline int counters_out_of_balance(const Observed& of) {
+  int wrong = 0;
+  for (std::size_t s = 0; s < baselines::kSchemeCount; ++s) {
+    BaselineCounters sum;
+    for (const PassSet& pass : of.passes) merge(sum, pass.set.schemes[s]);
+    sum.cycles = of.set.schemes[s].cycles, sum.energy_nj = of.set.schemes[s].energy_nj;
+    for (const auto& field : kCounterFields<BaselineCounters>)
+      wrong += of.set.schemes[s].*field.member != sum.*field.member ? 1 : 0;
+  }
+  return wrong;
+}
+
 // Events that schemes with tiles take over from the machine, in a pass.
 inline hardware::EventCounts shading_of(const timing::FrameWork& work, std::size_t pass) {
   hardware::EventCounts sum;
@@ -106,7 +127,7 @@ inline int passes_shaded_otherwise(const Observed& of) {
   return wrong;
 }
 
-// Attachments and maps, and what waits for the light of a stored G-buffer: bytes of the machine's ledger, pass by pass. `lost`: bytes
+// Attachments, maps and the image behind surfaces that transmit, and data that wait for the light of a stored G-buffer: bytes of the machine's ledger, pass by pass. `lost`: bytes
 // that the check leaves out.
 inline int passes_stored_otherwise(const Observed& of, std::uint64_t lost = 0) {
   int wrong = 0;
@@ -114,10 +135,12 @@ inline int passes_stored_otherwise(const Observed& of, std::uint64_t lost = 0) {
     const memory::Ledger& ledger = of.result.passes[pass].counters.ledger;
     const bool image = pass + of.result.image_passes >= of.passes.size();
     std::uint64_t stored = ledger.traffic(Unit::kTilecore, Purpose::kTileState).written_bytes, loaded = 0;
-    for (const Purpose purpose : {Purpose::kFrameBuffer, Purpose::kAttachment, Purpose::kShadowMap})
+    for (const Purpose purpose :
+         {Purpose::kFrameBuffer, Purpose::kAttachment, Purpose::kShadowMap, Purpose::kSceneColor})
       stored += ledger.traffic(Unit::kResolve, purpose).written_bytes;
     for (const Purpose purpose : {Purpose::kFrameBuffer, Purpose::kAttachment, Purpose::kTileState})
       loaded += ledger.traffic(Unit::kTilecore, purpose).read_bytes;
+    loaded += ledger.traffic(Unit::kResolve, Purpose::kSceneColor).read_bytes;
     if (image) loaded += ledger.traffic(Unit::kTilecore, Purpose::kAttributes).read_bytes;  // records of lights
     for (const SchemeId s : tiled(of, pass)) {
       if (std::find(kMeshShaders.begin(), kMeshShaders.end(), s) != kMeshShaders.end())

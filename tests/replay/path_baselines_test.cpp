@@ -17,6 +17,7 @@ using test::bursts;
 using test::kPixels;
 using test::observe;
 using test::Observed;
+using test::out_of_balance;
 using test::pass_named;
 using Keys = std::vector<std::string>;
 
@@ -25,14 +26,6 @@ const std::array<std::string, 3> kPaths = {"prepass", "gbuffer", "gbuffer_extern
 Keys along(const std::string& path, Keys keys = {}) {
   keys.insert(keys.end(), {"shading.path=" + path, "gbuffer.layout=packed"});
   return keys;
-}
-
-// The frame's bytes, and the bytes of its passes, in each scheme's work and counters. Returns the number of differences.
-int out_of_balance(const Observed& of) {
-  int wrong = test::passes_out_of_balance(of);
-  for (std::size_t s = 0; s < baselines::kSchemeCount; ++s)
-    wrong += of.works[s].dram_bytes() != of.set.schemes[s].dram_bytes + of.set.schemes[s].texture_bytes ? 1 : 0;
-  return wrong;
 }
 
 struct Setting {
@@ -77,13 +70,7 @@ TEST_P(PathBaselines, BW1AndBW2AndOBS2HoldInEveryPass) {
 
 TEST_P(PathBaselines, OBS1PassesAddUpToTheFrame) {
   const Observed of = observe(test::Room().capture, along(GetParam()));
-  for (std::size_t s = 0; s < baselines::kSchemeCount; ++s) {
-    BaselineCounters sum;
-    for (const PassSet& pass : of.passes) merge(sum, pass.set.schemes[s]);
-    sum.cycles = of.set.schemes[s].cycles, sum.energy_nj = of.set.schemes[s].energy_nj;
-    for (const auto& field : kCounterFields<BaselineCounters>)
-      EXPECT_EQ(of.set.schemes[s].*field.member, sum.*field.member) << field.name << s;
-  }
+  EXPECT_EQ(test::counters_out_of_balance(of), 0);
   const BaselineCounters& tessera = of.set[SchemeId::kTessera];
   const memory::Traffic all = of.result.counters.ledger.total();
   EXPECT_EQ(tessera.dram_bytes + tessera.texture_bytes, all.read_bytes + all.written_bytes);
