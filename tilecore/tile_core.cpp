@@ -50,11 +50,12 @@ class OpaqueSink final : public HitSink {
   TileState& state_;
 };
 
-// Hits count only where the material's alpha reaches its cutoff.
+// Hits count only where the material's alpha reaches its cutoff. The hits of a leaf are tested together, in the order of
+// triangles and samples, so that neither their number nor the lookups depend on the number of lanes.
 class MaskSink final : public HitSink {
  public:
   MaskSink(const scene::FrameGeometry& frame, const TileSamples& samples, std::uint32_t patch, TileState& state,
-           TextureUnit& textures, AlphaTest& test, TileCoreCounters& counters)
+           TextureUnit& textures, AlphaTest& test, std::vector<Hit>& waiting, TileCoreCounters& counters)
       : frame_(frame),
         samples_(samples),
         patch_(patch),
@@ -62,10 +63,21 @@ class MaskSink final : public HitSink {
         opaque_(patch, state),
         textures_(textures),
         test_(test),
+        waiting_(waiting),
         counters_(counters) {
     test_.begin(frame, frame.drawable_of(patch));
+    waiting_.clear();
   }
-  void take(std::span<const Hit> hits) override {
+  void take(std::span<const Hit> hits) override { waiting_.insert(waiting_.end(), hits.begin(), hits.end()); }
+  void leaf_done() override {
+    const auto order = [](const Hit& hit) { return std::pair(hit.triangle, hit.sample); };
+    if (!std::ranges::is_sorted(waiting_, {}, order)) std::ranges::sort(waiting_, {}, order);
+    test(waiting_);
+    waiting_.clear();
+  }
+
+ private:
+  void test(std::span<const Hit> hits) {
     std::array<SurfaceLocation, AlphaTest::kBatch> at;
     std::array<float, AlphaTest::kBatch> alpha;
     for (std::size_t first = 0; first < hits.size(); first += at.size()) {
@@ -84,7 +96,6 @@ class MaskSink final : public HitSink {
     counters_.mask_vertex_bytes += work.bytes;
   }
 
- private:
   const scene::FrameGeometry& frame_;
   const TileSamples& samples_;
   std::uint32_t patch_;
@@ -92,6 +103,7 @@ class MaskSink final : public HitSink {
   OpaqueSink opaque_;
   TextureUnit& textures_;
   AlphaTest& test_;
+  std::vector<Hit>& waiting_;
   TileCoreCounters& counters_;
 };
 
@@ -421,7 +433,7 @@ void TileCore::render_sub_patch(const TileJob& job, const binner::ListEntry& ent
         run(OpaqueSink(entry.base_patch, state));
       else {
         shader_.reads_patch(entry.base_patch);
-        run(MaskSink(frame, samples_, entry.base_patch, state, shader_.textures(), alpha_test_,
+        run(MaskSink(frame, samples_, entry.base_patch, state, shader_.textures(), alpha_test_, masked_hits_,
                      result_.counters.tilecore));
       }
       break;

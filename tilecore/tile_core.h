@@ -171,6 +171,7 @@ class TileCore {
   MeshVisibility visibility_;
   TileSamples samples_;
   AlphaTest alpha_test_;
+  std::vector<HitSink::Hit> masked_hits_;  // of a leaf
   DeferredShader shader_;
   ResolveUnit resolve_;
   SurfaceVelocities velocities_;

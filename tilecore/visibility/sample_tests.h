@@ -50,21 +50,29 @@ class HitSink {
     bool positive = false;  // sign of the triangle's area in raster space, for this sample
   };
   virtual void take(std::span<const Hit> hits) = 0;
+  // All hits of a leaf were taken, and the next leaf reads depths again. Within a leaf the number of lanes decides when
+  // kernels read depths that hits have changed.
+  virtual void leaf_done() {}
 
   // Called by the kernels; buffers hits and passes them on in blocks.
   void add(const Hit& hit) {
     buffer_[count_++] = hit;
-    if (count_ == buffer_.size()) flush();
+    if (count_ == buffer_.size()) pass_on();
   }
   void flush() {
-    take(std::span(buffer_).first(count_));
-    count_ = 0;
+    pass_on();
+    leaf_done();
   }
 
  protected:
   ~HitSink() = default;
 
  private:
+  void pass_on() {
+    take(std::span(buffer_).first(count_));
+    count_ = 0;
+  }
+
   std::array<Hit, 256> buffer_;
   std::size_t count_ = 0;
 };

@@ -41,6 +41,7 @@ class MeshVisibility {
     DistinctSamples(HitSink& next, std::vector<std::uint64_t>& last_round, std::uint64_t& round)
         : next_(next), last_round_(last_round), round_(round) {}
     void take(std::span<const Hit> hits) override;
+    void leaf_done() override { next_.leaf_done(); }
     // Returns the number of samples since the last call.
     std::uint64_t end_round();
 
