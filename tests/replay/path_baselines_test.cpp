@@ -136,8 +136,8 @@ std::uint64_t frame_bytes() {
 // An unlimited cache writes each line of depths, G-buffer and frame once, and the light half reads them on chip.
 TEST(PathBytes, AnImmediateMachineStoresTheGbufferOnceAndReadsItToLight) {
   for (const auto& [bits, bytes] : {std::pair{"gbuffer.bits=128", std::uint64_t{16}}, {"gbuffer.bits=256", 32}}) {
-    const auto of = [&](const std::string& path, const char* cache) {
-      return observe(stack(), plain(path, {bits, cache}));
+    const auto of = [width = std::string(bits)](const std::string& path, const char* cache) {
+      return observe(stack(), plain(path, {width, cache}));
     };
     const Observed large = of("gbuffer", "baselines.cache_bytes=1073741824");
     const BaselineCounters& all = large.set[SchemeId::kImmediate];
