@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/parallel.h"
+#include "base/round_up.h"
 #include "baselines/surfaces.h"
 #include "baselines/visibility_stream.h"
 #include "gpu/pipeline.h"
@@ -41,11 +42,16 @@ std::uint64_t resolved_bytes(const tilecore::TileJob& job, const memory::Ledger&
   const bool into_frame = job.shades() && !job.actions.color;
   const std::uint64_t frame =
       into_frame && surfaces.resolves_color ? ledger.traffic(Unit::kResolve, Purpose::kFrameBuffer).written_bytes : 0;
+  const std::uint64_t behind = ledger.traffic(Unit::kResolve, Purpose::kSceneColor).written_bytes;
+  if (surfaces.resolved_color_bytes + surfaces.resolved_depth_bytes == 0) return frame + behind;
   // Unless one of them keeps all samples, attachments are stored as tiles store them, compressed and with velocities.
-  return frame + ledger.traffic(Unit::kResolve, Purpose::kSceneColor).written_bytes +
-         (surfaces.keeps_samples        ? surfaces.resolved_bytes
-          : surfaces.resolved_bytes > 0 ? ledger.traffic(Unit::kResolve, Purpose::kAttachment).written_bytes
-                                        : 0);
+  if (!surfaces.keeps_samples)
+    return frame + behind + ledger.traffic(Unit::kResolve, Purpose::kAttachment).written_bytes;
+  std::uint64_t pixels = 0;
+  for (binner::TileIndex tile = 0; tile < job.grid->tile_count(); ++tile)
+    if (job.finishes(tile)) pixels += pixels_of(*job.grid, tile);
+  return frame + behind + round_up(pixels * surfaces.resolved_color_bytes, job.burst_bytes()) +
+         round_up(pixels * surfaces.resolved_depth_bytes, job.burst_bytes());
 }
 
 // The tiles that the pass draws; empty: all.

@@ -49,12 +49,12 @@ void add_events(std::span<const SubPatchItem> items, TileWork& work) {
   }
 }
 
+}  // namespace
+
 std::uint64_t pixels_of(const binner::TileGrid& grid, binner::TileIndex tile) {
   const IntRect pixels = grid.pixels(tile);
   return static_cast<std::uint64_t>(pixels.width()) * static_cast<std::uint64_t>(pixels.height());
 }
-
-}  // namespace
 
 // Splits a whole in proportion to weights; the parts add up to the whole.
 class SchemeWork::Parts {

@@ -176,6 +176,9 @@ class SchemeWork {
   std::uint64_t samples_;  // samples of a pixel
 };
 
+// Number of pixels of a tile.
+std::uint64_t pixels_of(const binner::TileGrid& grid, binner::TileIndex tile);
+
 // Work before the tiles of a scheme with lists in `buffer` and `geometry_bytes` of records and attributes.
 FrontWork front_work(const BaselineCounters& scheme, const TriangleBuffer& buffer, std::uint64_t geometry_bytes);
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstdint>
 
-#include "base/round_up.h"
 #include "memory/ledger.h"
 #include "tilecore/tile_job.h"
 
@@ -16,11 +15,11 @@ struct PassSurfaces {
   std::uint64_t gbuffer_bytes = 0;  // of a sample; 0: draws of opaque surfaces give colours at once
   bool resolves_color = false;      // it stores fewer colours of a pixel than it draws, or other colours
   bool reads_color =
-      false;  // drawn colours are read in the end: to be resolved, or for the image behind other surfaces
+      false;  // drawn colours are read in the end, to resolve them or for the image behind other surfaces
   bool loads_color = false;    // the present colours are loaded before it draws
   bool keeps_samples = false;  // it stores all samples of an attachment
-  // Raw bytes of the surfaces that are stored with fewer samples than are drawn, beside the frame.
-  std::uint64_t resolved_bytes = 0;
+  // Raw bytes of a pixel in the surfaces that are stored with fewer samples than are drawn, beside the frame.
+  std::uint64_t resolved_color_bytes = 0, resolved_depth_bytes = 0;
 
   // Bytes that a draw of an opaque surface leaves for a sample besides its depth.
   std::uint64_t drawn_bytes() const { return gbuffer_bytes > 0 ? gbuffer_bytes : color_bytes; }
@@ -39,12 +38,6 @@ inline PassSurfaces surfaces_of(const tilecore::TileJob& job) {
   }
   const tilecore::AttachmentActions& actions = job.actions;
   const int samples = job.pattern->samples_per_pixel();
-  std::uint64_t pixels = 0;
-  for (binner::TileIndex tile = 0; tile < job.grid->tile_count(); ++tile)
-    if (job.finishes(tile))
-      pixels += static_cast<std::uint64_t>(job.grid->pixels(tile).width()) *
-                static_cast<std::uint64_t>(job.grid->pixels(tile).height());
-  const auto stored = [&](std::uint64_t pixel_bytes) { return round_up(pixels * pixel_bytes, job.burst_bytes()); };
   out.gbuffer_bytes = job.shading.gbuffer_bytes();
   const bool lights = out.gbuffer_bytes > 0 && !job.stores_gbuffer();
   out.loads_color = actions.load_color && out.gbuffer_bytes == 0;
@@ -52,11 +45,11 @@ inline PassSurfaces surfaces_of(const tilecore::TileJob& job) {
     out.resolves_color = lights || (samples > 1 && (!actions.color || actions.color->samples == 1));
     if (actions.color) {
       out.color_bytes = actions.color->coder.pixel_bytes();
-      if (out.resolves_color) out.resolved_bytes += stored(actions.color->pixel_bytes());
+      if (out.resolves_color) out.resolved_color_bytes = actions.color->pixel_bytes();
     }
     out.reads_color = out.resolves_color || job.behind;
   }
-  if (actions.depth_bytes > 0 && actions.depth_samples < samples) out.resolved_bytes += stored(actions.depth_bytes);
+  if (actions.depth_bytes > 0 && actions.depth_samples < samples) out.resolved_depth_bytes = actions.depth_bytes;
   out.keeps_samples = job.stores_gbuffer() || (actions.color && !out.resolves_color) ||
                       (actions.depth_bytes > 0 && actions.depth_samples == samples);
   return out;

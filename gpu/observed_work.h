@@ -27,7 +27,7 @@ struct ObservedWork {
   std::vector<tilecore::TessellationRequest> tessellations;  // tile by tile, in emulated order
   std::vector<TextureUse> textures;                          // per tile, with output.machine_model
   std::vector<LightUse> lights;                              // per tile
-  // Of the scene behind surfaces that transmit: tiles that the next pass draws again; empty: none.
+  // Tiles that the next pass draws again, where this one draws the scene behind surfaces that transmit; empty otherwise.
   std::vector<bool> open;
 };
 

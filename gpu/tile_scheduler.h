@@ -41,7 +41,7 @@ struct ViewRun {
   StoredArrays* arrays = nullptr;  // of texels beside colours that passes store; nullptr: no pass stores any
   // Names of the other pass of a path with two: one that stores depths alone, one that lights a stored G-buffer.
   std::string_view prepass = "prepass", light = "light";
-  // With `record`: of the pass that draws before, a prepass or the scene behind surfaces that transmit.
+  // With `record`: takes the work of the pass that draws before, a prepass or the scene behind surfaces that transmit.
   ObservedWork* record_before = nullptr;
 };
 

@@ -30,7 +30,7 @@ struct RenderedView {
   // output.machine_model alone.
   std::span<const timing::WorkRound> rounds{};
   std::string_view pass = "main";  // name of the pass that draws the view
-  // Of the pass that draws before, a prepass or the scene behind surfaces that transmit; nullptr: there is none.
+  // Work of the pass that draws before: a prepass, or the scene behind surfaces that transmit. nullptr without such a pass.
   const ObservedWork* before = nullptr;
   std::string_view light{};       // name of the pass that lights a stored G-buffer
   std::size_t maps_before = 0;    // number of the frame's maps that were shown before

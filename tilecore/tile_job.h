@@ -58,11 +58,11 @@ struct TileJob {
   // A pass that draws depths alone, one sample a texel, stores them here and shades nothing. nullptr: colours are made.
   DepthMaps* depths = nullptr;
   bool depths_alone = false;  // a baseline's prepass: opaque surfaces leave their depths, and nothing is shaded
-  // Of baselines, where surfaces transmit: the tiles that both passes draw, as they show such a surface; nullptr: one pass
+  // A baseline's frame in which surfaces transmit: tiles that show such a surface, which two passes draw. nullptr: one pass
   // draws all tiles.
   const std::vector<bool>* open = nullptr;
   bool behind =
-      false;  // with `open`: the first of the passes, which draws the other surfaces and finishes the other tiles
+      false;  // with `open`: this is the first pass, which draws the other surfaces and finishes the other tiles
   std::uint64_t maps_signature = 0;  // of all maps of lighting.shadows, if tiles may be eliminated
   int depth_layer = 0;
   bool pixel_ids = false;  // FrameTargets::ids are requested

@@ -152,6 +152,33 @@ inline int passes_stored_otherwise(const Observed& of, std::uint64_t lost = 0) {
   return wrong;
 }
 
+// Keys of a machine, and their name in messages.
+struct ObservedSetting {
+  const char* name;
+  std::vector<std::string> keys;
+  bool has_partial_renders = false;
+};
+
+// BW1, BW2, OBS1 and OBS2 in each pass, with their failing twins: a byte lost in what passes store, and a burst too many in a pass
+// that draws.
+inline void expect_invariants(Observed& of, const ObservedSetting& setting) {
+  ASSERT_EQ(of.passes.size(), of.result.passes.size()) << setting.name;
+  for (std::size_t k = 0; k < of.passes.size(); ++k) EXPECT_EQ(of.passes[k].name, of.result.passes[k].name);
+  EXPECT_EQ(out_of_balance(of), 0) << setting.name;
+  EXPECT_EQ(counters_out_of_balance(of), 0) << setting.name;
+  EXPECT_EQ(passes_shaded_otherwise(of), 0) << setting.name;
+  if (!setting.has_partial_renders) {
+    EXPECT_EQ(passes_stored_otherwise(of), 0) << setting.name;
+    EXPECT_GT(passes_stored_otherwise(of, 1), 0) << setting.name;
+  }
+  const memory::Traffic all = of.result.counters.ledger.total();
+  const BaselineCounters& tessera = of.set[SchemeId::kTessera];
+  EXPECT_EQ(tessera.dram_bytes + tessera.texture_bytes, all.read_bytes + all.written_bytes) << setting.name;
+  for (const BaselineCounters& scheme : of.set.schemes) EXPECT_GT(scheme.cycles, 0u) << setting.name;
+  of.works[index(SchemeId::kImmediate)].rounds.front().tiles.back().dram_bytes.back() += 64;
+  EXPECT_EQ(out_of_balance(of), 2) << setting.name;
+}
+
 inline const PassSet& pass_named(const Observed& of, std::string_view name) {
   const auto found = std::ranges::find(of.passes, name, &PassSet::name);
   EXPECT_NE(found, of.passes.end()) << name;

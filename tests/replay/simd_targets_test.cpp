@@ -61,13 +61,13 @@ TEST(AlphaTests, DoNotDependOnTheNumberOfLanes) {
   leaf.alpha_mode = scene::AlphaMode::kMask;
   leaf.base_color_texture.texture =
       std::make_shared<shaders::Texture>(DecodedImage{std::move(texels)}, shaders::ColorSpace::kSrgb);
-  scene::Primitive squares;
   constexpr float kHalf = 1.37f;
   std::vector<Vec3> corners;
   for (const float y : {2.0f, 1.0f})
     for (const Vec2& at : {Vec2(-kHalf, kHalf), Vec2(kHalf, kHalf), Vec2(kHalf, -kHalf), Vec2(-kHalf, -kHalf)})
       corners.emplace_back(at.x, y, at.y);
-  squares = test::triangles(corners, {0, 1, 2, 0, 2, 3, 4, 5, 6, 4, 6, 7}, test::add_material(scene.capture, leaf));
+  scene::Primitive squares =
+      test::triangles(corners, {0, 1, 2, 0, 2, 3, 4, 5, 6, 4, 6, 7}, test::add_material(scene.capture, leaf));
   squares.vertices.texcoords = {std::vector<Vec2>(corners.size(), Vec2(0.25f, 0.5f))};
   test::add_node(scene.capture, squares);
   std::uint64_t covered = 0;
