@@ -203,7 +203,13 @@ ShaderCost fill_cost(const Features& f, std::string_view surface, std::string_vi
   Sum sum(row_of(joined({"fill", surface, motion})));
   add_textures(f, surface, motion, derivatives, sum);
   if (f.packed) sum.add(row_of("add/fill/packed"));
-  return sum.total();
+  ShaderCost cost = sum.total();
+  // Rows of textures are measured where the code of lights decides how many registers a shader needs.
+  if (has_coordinates(f)) {
+    const ShaderCost& textures = row_of(joined({"add/fill/textures", surface, motion, derivatives}));
+    cost.registers = std::max(cost.registers, row_of(joined({"fill", surface, motion})).registers + textures.registers);
+  }
+  return cost;
 }
 
 void add_lights(const Features& f, Sum& sum) {
@@ -221,6 +227,15 @@ ShaderCost light_cost(Features f, std::string_view surface, std::string_view mot
   Sum sum(row_of(f.packed ? joined({"light/packed", f.motion == Features::Motion::kStill ? "still" : "moving"})
                           : joined({"light", surface, motion})));
   add_lights(f, sum);
+  const bool placed = std::any_of(f.lights.begin() + 1, f.lights.end(), [](auto count) { return count > 0; });
+  if (placed && !f.packed) {
+    ShaderCost first = row_of(joined({"add/lights/light", surface, motion}));
+    if (f.environment_image)
+      first.registers = 0;  // it adds them to the built-in environment's, which an image replaces
+    sum.add(first);
+    sum.add(row_of("add/lights"), -1);
+    sum.add(row_of("add/light/point_in_range/still"), -1);
+  }
   f.metallic_roughness = true;
   add_environment(f, sum);
   f.base_color = f.occlusion = f.emissive = f.metallic_roughness = f.height_normals = false;

@@ -24,7 +24,7 @@ namespace tessera::hardware {
 //   SHADE2  An additional feature never costs fewer vector operations or texture instructions. Exceptions:
 //           specular-glossiness, which replaces metalness, and an environment's image, which replaces the built-in one.
 //           Scalar operations and registers may fall: constants of a uniform roughness are scalar ones, and compilers reorder.
-//   SHADE3  The sum of rows is within 5 % (vector operations; 7 % for halves) of a shader that is compiled whole; texture
+//   SHADE3  The sum of rows is within 5 % (vector operations; 7 % for fill halves) of a shader that is compiled whole; texture
 //           instructions are equal.
 
 // The features that a shader's code depends on. Everything else is a number in a constant buffer.

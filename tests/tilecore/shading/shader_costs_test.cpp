@@ -249,18 +249,13 @@ TEST(ShaderCostsWhole, SumsAreCloseToShadersCompiledAtOnce) {
                           &compiled.registers),
               6);
     const ShaderCost sum = shader_cost(one);
-    // Rows of halves are fewer: normals are measured in whole shaders, and light halves at rest.
-    const bool half = one.stage == Stage::kFill || one.stage == Stage::kLight;
-    const double share = half ? 0.07 : 0.05;
+    const double share = one.stage == Stage::kFill ? 0.07 : 0.05;
     EXPECT_TRUE(close(sum.vector_operations, compiled.vector_operations, share, 6))
         << name << ": " << sum.vector_operations << ", compiled " << compiled.vector_operations;
     EXPECT_EQ(sum.texture_instructions, compiled.texture_instructions) << name;
     EXPECT_TRUE(close(sum.transcendental, compiled.transcendental, 0.15, 4))
         << name << ": " << sum.transcendental << ", compiled " << compiled.transcendental;
-    // The increments of textures are measured where shaders need their registers for lights, so a fill half gets too few.
-    // Up to 64 a lane all warps of every preset are in flight, and no figure depends on the number.
-    const auto counted = [&](std::int32_t count) { return one.stage == Stage::kFill ? std::max(count, 64) : count; };
-    EXPECT_TRUE(close(counted(sum.registers), counted(compiled.registers), 0.35, 16))
+    EXPECT_TRUE(close(sum.registers, compiled.registers, 0.35, 16))
         << name << ": " << sum.registers << " registers, compiled " << compiled.registers;
   }
 }

@@ -170,6 +170,17 @@ def add_halves(all_rows, whole, added, drawn):
         for motion in kinds_of_motion(surface):
             whole(f"fill/{surface}/{motion}", Shader("fill", surface=surface, motion=motion))
             whole(f"light/{surface}/{motion}", Shader("light", surface=surface, motion=motion))
+    for surface in drawn:
+        for motion in kinds_of_motion(surface):
+            # All that a fill half reads: more registers than any one of it, without the code of lights beside it.
+            empty = Shader("fill", surface=surface, motion=motion)
+            for name, quads in {"quads": True, "surface": False}.items():
+                added(f"fill/textures/{surface}/{motion}/{name}",
+                      empty.but(quads=quads, normals="mapped", colors=True, base_color=True, metallic_roughness=True,
+                                occlusion=True, emissive=True), empty)
+            # The first light that has a place: the point of the surface, which nothing else needs, and the light.
+            dark = Shader("light", surface=surface, motion=motion)
+            added(f"lights/light/{surface}/{motion}", dark.but(lights=1, light="point_in_range"), dark)
     for motion in ("still", "moving"):
         whole(f"light/packed/{motion}", Shader("light", motion=motion, packed=True))
     for name, quads in {"quads": True, "surface": False}.items():
